@@ -1,0 +1,9 @@
+// The verbs of the program, one file each. They return the exit status and throw Error or UsageError.
+
+#pragma once
+
+namespace likeness {
+
+using Verb = int (*)(int argc, const char* const* argv);
+
+}  // namespace likeness

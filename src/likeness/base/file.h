@@ -1,0 +1,33 @@
+// Whole files in and out of memory; output appears under its final name only when it is complete.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace likeness {
+
+// Reads a whole file. Throws Error when it is absent, is no regular file, or is larger than `most` bytes.
+std::string ReadFile(const std::filesystem::path& path, uint64_t most = uint64_t{1} << 32);
+
+// Writes beside the final name and renames when the bytes are on disk; makes missing folders.
+void WriteFile(const std::filesystem::path& path, std::string_view bytes);
+
+// The same for writers that want a path: `write` gets the temporary one (which ends like `path`).
+void WriteFileWith(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write);
+
+// Little-endian float32, as vertex binaries are. Throws Error unless the file holds exactly `count` finite values
+// (count 0: any whole number of them).
+std::vector<float> ReadFloats(const std::filesystem::path& path, size_t count = 0);
+void WriteFloats(const std::filesystem::path& path, std::span<const float> values);
+
+// Names of what a folder holds, sorted; empty when it does not exist.
+std::vector<std::string> ListFolder(const std::filesystem::path& folder);
+
+}  // namespace likeness

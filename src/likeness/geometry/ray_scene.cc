@@ -1,0 +1,142 @@
+#include "likeness/geometry/ray_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <cstring>
+#include <limits>
+
+#include "likeness/base/error.h"
+
+namespace likeness {
+namespace {
+
+// One device for the process: it holds no scene state, only Embree's settings.
+RTCDevice Device() {
+  // One build thread: scenes are built from many threads side by side.
+  static const RTCDevice device = rtcNewDevice("threads=1,set_affinity=0");
+  if (device == nullptr) throw Error("Embree cannot start: error {}", static_cast<int>(rtcGetDeviceError(nullptr)));
+  return device;
+}
+
+bool FacesRay(RTCRayN* ray, RTCHitN* hit, unsigned int count, unsigned int i) {
+  const float dot = RTCRayN_dir_x(ray, count, i) * RTCHitN_Ng_x(hit, count, i) +
+                    RTCRayN_dir_y(ray, count, i) * RTCHitN_Ng_y(hit, count, i) +
+                    RTCRayN_dir_z(ray, count, i) * RTCHitN_Ng_z(hit, count, i);
+  return dot < 0;
+}
+
+void RejectBackFaces(const RTCFilterFunctionNArguments* args) {
+  for (unsigned int i = 0; i < args->N; ++i) {
+    if (args->valid[i] != 0 && !FacesRay(args->ray, args->hit, args->N, i)) args->valid[i] = 0;
+  }
+}
+
+}  // namespace
+
+struct RayScene::Impl {
+  RTCScene scene = nullptr;
+
+  Impl() : scene(rtcNewScene(Device())) { rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST); }
+  ~Impl() { rtcReleaseScene(scene); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+};
+
+RayScene::RayScene() : impl_(std::make_unique<Impl>()) {}
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+int RayScene::Add(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, bool one_sided) {
+  const RTCGeometry geometry = rtcNewGeometry(Device(), RTC_GEOMETRY_TYPE_TRIANGLE);
+  // Embree reads 16 bytes from the last vertex, so it allocates (and pads) the buffers itself.
+  void* vertex_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                3 * sizeof(float), static_cast<size_t>(vertices.rows()));
+  void* index_buffer = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                               3 * sizeof(uint32_t), triangles.size());
+  if ((vertices.rows() > 0 && vertex_buffer == nullptr) || (!triangles.empty() && index_buffer == nullptr)) {
+    rtcReleaseGeometry(geometry);
+    throw Error("Embree has no memory for {} triangles", triangles.size());
+  }
+  if (vertices.rows() > 0) std::memcpy(vertex_buffer, vertices.data(), sizeof(float) * vertices.size());
+  if (!triangles.empty()) std::memcpy(index_buffer, triangles.data(), sizeof(triangles[0]) * triangles.size());
+  if (one_sided) {
+    rtcSetGeometryIntersectFilterFunction(geometry, RejectBackFaces);
+    rtcSetGeometryOccludedFilterFunction(geometry, RejectBackFaces);
+  }
+  rtcCommitGeometry(geometry);
+  const unsigned int id = rtcAttachGeometry(impl_->scene, geometry);
+  rtcReleaseGeometry(geometry);
+  return static_cast<int>(id);
+}
+
+void RayScene::Build() { rtcCommitScene(impl_->scene); }
+
+RayHit RayScene::Intersect(const Ray& ray) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit query = {};
+  query.ray = {ray.origin.x(),
+               ray.origin.y(),
+               ray.origin.z(),
+               ray.t_min,
+               ray.direction.x(),
+               ray.direction.y(),
+               ray.direction.z(),
+               0,
+               ray.t_max,
+               ~0u,
+               0,
+               0};
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(impl_->scene, &context, &query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return {static_cast<int>(query.hit.geomID), static_cast<int>(query.hit.primID), query.ray.tfar, query.hit.u,
+          query.hit.v};
+}
+
+bool RayScene::Occluded(const Ray& ray) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay query = {ray.origin.x(),
+                  ray.origin.y(),
+                  ray.origin.z(),
+                  ray.t_min,
+                  ray.direction.x(),
+                  ray.direction.y(),
+                  ray.direction.z(),
+                  0,
+                  ray.t_max,
+                  ~0u,
+                  0,
+                  0};
+  rtcOccluded1(impl_->scene, &context, &query);
+  return query.tfar < 0;
+}
+
+uint32_t RayScene::Occluded16(std::span<const Ray> rays) const {
+  LIKENESS_CHECK(rays.size() <= 16);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  alignas(64) int valid[16] = {};
+  RTCRay16 query = {};
+  for (size_t i = 0; i < rays.size(); ++i) {
+    valid[i] = -1;
+    query.org_x[i] = rays[i].origin.x();
+    query.org_y[i] = rays[i].origin.y();
+    query.org_z[i] = rays[i].origin.z();
+    query.tnear[i] = rays[i].t_min;
+    query.dir_x[i] = rays[i].direction.x();
+    query.dir_y[i] = rays[i].direction.y();
+    query.dir_z[i] = rays[i].direction.z();
+    query.tfar[i] = rays[i].t_max;
+    query.mask[i] = ~0u;
+  }
+  rtcOccluded16(valid, impl_->scene, &context, &query);
+  uint32_t occluded = 0;
+  for (size_t i = 0; i < rays.size(); ++i) occluded |= (query.tfar[i] < 0 ? 1u : 0u) << i;
+  return occluded;
+}
+
+}  // namespace likeness
