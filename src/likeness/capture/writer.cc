@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -15,14 +14,8 @@
 namespace likeness {
 namespace {
 
-// Names become words of text files and names of files.
 void CheckName(const std::string& name, const char* kind) {
-  const bool plain = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return c > 32 && c < 127 && c != '/' && c != '\\' && c != '"';
-  });
-  if (!plain || name[0] == '.' || name == "average") {
-    throw Error("'{}' cannot be the name of a {}: use letters, digits, '_' and '-'", name, kind);
-  }
+  if (!IsLayoutName(name)) throw Error("'{}' cannot be the name of a {}: use letters, digits, '_' and '-'", name, kind);
 }
 
 void CheckName(const FrameId& frame) {
