@@ -22,7 +22,9 @@ struct VerbEntry {
   const char* summary;
 };
 
-const std::vector<VerbEntry> kVerbs = {};
+const std::vector<VerbEntry> kVerbs = {
+    {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
+};
 
 void PrintHelp() {
   fmt::print("likeness {}: from a multi-camera capture of a face to an avatar\n\n", LIKENESS_VERSION);
