@@ -1,0 +1,168 @@
+#include "likeness/avatar/architecture.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <nlohmann/json.hpp>
+
+#include "likeness/base/error.h"
+
+namespace likeness {
+
+namespace {
+
+// The spelling of every value of an enumeration, in its order.
+template <typename Enum>
+const std::vector<std::string>& Names();
+
+template <>
+const std::vector<std::string>& Names<ModelKind>() {
+  static const std::vector<std::string> names = {"deep", "linear", "bilinear"};
+  return names;
+}
+template <>
+const std::vector<std::string>& Names<Conditioning>() {
+  static const std::vector<std::string> names = {"raw", "fc8", "fc32", "raw-all", "fc8-all"};
+  return names;
+}
+template <>
+const std::vector<std::string>& Names<Normalisation>() {
+  static const std::vector<std::string> names = {"none", "batch", "weight"};
+  return names;
+}
+template <>
+const std::vector<std::string>& Names<UntiedBias>() {
+  static const std::vector<std::string> names = {"none", "decoder", "everywhere"};
+  return names;
+}
+template <>
+const std::vector<std::string>& Names<Geometry>() {
+  static const std::vector<std::string> names = {"tracked", "smoothed", "ellipsoid", "billboard"};
+  return names;
+}
+
+template <typename Enum>
+std::string Spelling(Enum value) {
+  return Names<Enum>().at(static_cast<size_t>(value));
+}
+
+template <typename Enum>
+Enum Parse(const char* what, const std::string& text) {
+  const std::vector<std::string>& names = Names<Enum>();
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) throw Error("{} is '{}'; known are {}", what, text, fmt::join(names, ", "));
+  return static_cast<Enum>(found - names.begin());
+}
+
+template <typename Enum>
+void OnlyAvailable(const char* what, Enum value, std::initializer_list<Enum> available) {
+  if (std::find(available.begin(), available.end(), value) != available.end()) return;
+  std::vector<std::string> names;
+  for (const Enum one : available) names.push_back(Spelling(one));
+  throw Error("{} '{}' is not available yet; available: {}", what, Spelling(value), fmt::join(names, ", "));
+}
+
+void InRange(const char* what, int value, int least, int most) {
+  if (value < least || value > most) throw Error("{} is {}; expected {} to {}", what, value, least, most);
+}
+
+}  // namespace
+
+void Architecture::Check() const {
+  InRange("texture size", texture_size, 16, 4096);
+  if (!std::has_single_bit(static_cast<unsigned>(texture_size))) {
+    throw Error("texture size is {}; expected a power of two (256, 512, 1024, ...)", texture_size);
+  }
+  InRange("vertex count", vertex_count, 1, 1'000'000);
+  InRange("latent size", latent, 1, 4096);
+  OnlyAvailable("model", model, {ModelKind::kDeep});
+  OnlyAvailable("conditioning", conditioning, {Conditioning::kRaw, Conditioning::kFc8, Conditioning::kFc32});
+  OnlyAvailable("normalisation", normalisation, {Normalisation::kNone, Normalisation::kWeight});
+  OnlyAvailable("geometry", geometry, {Geometry::kTracked});
+  if (identities != 1) throw Error("identities is {}; more than one person is not available yet", identities);
+}
+
+std::vector<int> EncoderChannels(const Architecture& architecture) {
+  constexpr std::array kPaper = {16, 32, 32, 64, 64, 128, 128, 256};
+  std::vector<int> channels;
+  for (int size = architecture.texture_size; size > kInnerSize; size /= 2) {
+    channels.push_back(kPaper[std::min(channels.size(), kPaper.size() - 1)]);
+  }
+  return channels;
+}
+
+int ViewChannels(const Architecture& architecture) {
+  switch (architecture.conditioning) {
+    case Conditioning::kFc8:
+    case Conditioning::kFc8All:
+      return 8;
+    case Conditioning::kFc32:
+      return 32;
+    case Conditioning::kRaw:
+    case Conditioning::kRawAll:
+      break;
+  }
+  return 3;
+}
+
+std::string ToString(ModelKind value) { return Spelling(value); }
+std::string ToString(Conditioning value) { return Spelling(value); }
+std::string ToString(Normalisation value) { return Spelling(value); }
+std::string ToString(UntiedBias value) { return Spelling(value); }
+std::string ToString(Geometry value) { return Spelling(value); }
+ModelKind ParseModelKind(const std::string& text) { return Parse<ModelKind>("model", text); }
+Conditioning ParseConditioning(const std::string& text) { return Parse<Conditioning>("conditioning", text); }
+Normalisation ParseNormalisation(const std::string& text) { return Parse<Normalisation>("normalisation", text); }
+UntiedBias ParseUntiedBias(const std::string& text) { return Parse<UntiedBias>("untied bias", text); }
+Geometry ParseGeometry(const std::string& text) { return Parse<Geometry>("geometry", text); }
+const std::vector<std::string>& ModelKindNames() { return Names<ModelKind>(); }
+const std::vector<std::string>& ConditioningNames() { return Names<Conditioning>(); }
+const std::vector<std::string>& NormalisationNames() { return Names<Normalisation>(); }
+const std::vector<std::string>& UntiedBiasNames() { return Names<UntiedBias>(); }
+const std::vector<std::string>& GeometryNames() { return Names<Geometry>(); }
+
+std::string ArchitectureToJson(const Architecture& a) {
+  const nlohmann::ordered_json json = {{"preset", a.preset},
+                                       {"model", ToString(a.model)},
+                                       {"texture_size", a.texture_size},
+                                       {"vertex_count", a.vertex_count},
+                                       {"latent", a.latent},
+                                       {"conditioning", ToString(a.conditioning)},
+                                       {"normalisation", ToString(a.normalisation)},
+                                       {"untied_bias", ToString(a.untied_bias)},
+                                       {"geometry", ToString(a.geometry)},
+                                       {"identities", a.identities}};
+  return json.dump();
+}
+
+Architecture ArchitectureFromJson(const std::string& text) {
+  Architecture a;
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    const auto integer = [&](const char* key) {
+      const nlohmann::json& value = json.at(key);
+      if (!value.is_number_integer() || value < 0 || value > 1'000'000) {
+        throw Error("the architecture's {} is {}; expected a whole number", key, value.dump());
+      }
+      return value.get<int>();
+    };
+    const auto word = [&](const char* key) { return json.at(key).get<std::string>(); };
+    a.preset = word("preset");
+    a.model = ParseModelKind(word("model"));
+    a.texture_size = integer("texture_size");
+    a.vertex_count = integer("vertex_count");
+    a.latent = integer("latent");
+    a.conditioning = ParseConditioning(word("conditioning"));
+    a.normalisation = ParseNormalisation(word("normalisation"));
+    a.untied_bias = ParseUntiedBias(word("untied_bias"));
+    a.geometry = ParseGeometry(word("geometry"));
+    a.identities = integer("identities");
+  } catch (const nlohmann::json::exception& error) {
+    throw Error("the architecture is not understood: {}", error.what());
+  }
+  return a;
+}
+
+}  // namespace likeness

@@ -1,0 +1,91 @@
+// What an avatar's network is: the choices that the paper compares, and the layers that follow from them.
+//
+// The deep model (Lombardi et al. 2018, section 4, figure 3):
+//
+//   average texture [3, S, S] -> stride-2 convolutions -> [C, 4, 4] -> FC 256 ─┐
+//   mesh [3 V] -----------------------------------------> FC 256 ──────────────┴> mu, log sigma [latent]
+//   z [latent] -> FC 256 ─┬-> FC 3 V: mesh
+//   view [3] ---> FC 8 ───┴-> FC C x 4 x 4 -> stride-2 transposed convolutions -> texture [3, S, S]
+//
+// Leaky ReLU 0.2 follows every layer but those that make mu, log sigma, the mesh and the texture.
+
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace likeness {
+
+enum class ModelKind { kDeep, kLinear, kBilinear };
+
+// How the view vector enters the texture decoder.
+enum class Conditioning {
+  kRaw,     // as it is, beside the code's FC
+  kFc8,     // after an FC 3-8, beside the code's FC (the paper's choice)
+  kFc32,    // after an FC 3-32, beside the code's FC
+  kRawAll,  // as it is, added in every layer
+  kFc8All,  // after an FC 3-8, added in every layer
+};
+
+enum class Normalisation { kNone, kBatch, kWeight };
+
+// Which convolutional layers have a bias for every channel and texel; the others have one for every channel.
+enum class UntiedBias { kNone, kDecoder, kEverywhere };
+
+// The mesh that textures are unwrapped onto and that the decoder gives.
+enum class Geometry { kTracked, kSmoothed, kEllipsoid, kBillboard };
+
+struct Architecture {
+  std::string preset = "paper";
+  ModelKind model = ModelKind::kDeep;
+  int texture_size = 1024;  // texels a side: a power of two, 16 ... 4096
+  int vertex_count = 0;     // of the mesh, as the capture has it
+  int latent = 128;         // values in a code
+  Conditioning conditioning = Conditioning::kFc8;
+  Normalisation normalisation = Normalisation::kWeight;
+  UntiedBias untied_bias = UntiedBias::kEverywhere;
+  Geometry geometry = Geometry::kTracked;
+  int identities = 1;  // people that one network holds
+
+  // Throws Error for values out of range and for choices that are not available yet.
+  void Check() const;
+
+  bool operator==(const Architecture&) const = default;
+};
+
+inline constexpr int kInnerSize = 4;      // side of the feature map between convolutions and FC layers
+inline constexpr int kSubEncoding = 256;  // values that texture and mesh are each reduced to
+inline constexpr int kKernel = 4;         // side of every convolution's kernel; stride 2, padding 1
+inline constexpr float kLeakySlope = 0.2f;
+
+// Channels after each stride-2 convolution of the encoder, from the image inwards; the decoder runs them in reverse.
+// 1024 x 1024: 16-32-32-64-64-128-128-256, down to 4 x 4. A smaller texture drops layers at the inner end (512: the
+// last, 256 channels), so that the layers at the image, where the time goes, are as narrow as in the paper and cost
+// falls with the number of texels. A larger one repeats the innermost width.
+std::vector<int> EncoderChannels(const Architecture& architecture);
+
+// Values that the view vector becomes before it joins the code: 3, 8 or 32.
+int ViewChannels(const Architecture& architecture);
+
+// Names as configuration and files spell them. Parse throws Error naming what is known; `what` is the option's name.
+std::string ToString(ModelKind value);
+std::string ToString(Conditioning value);
+std::string ToString(Normalisation value);
+std::string ToString(UntiedBias value);
+std::string ToString(Geometry value);
+ModelKind ParseModelKind(const std::string& text);
+Conditioning ParseConditioning(const std::string& text);
+Normalisation ParseNormalisation(const std::string& text);
+UntiedBias ParseUntiedBias(const std::string& text);
+Geometry ParseGeometry(const std::string& text);
+const std::vector<std::string>& ModelKindNames();
+const std::vector<std::string>& ConditioningNames();
+const std::vector<std::string>& NormalisationNames();
+const std::vector<std::string>& UntiedBiasNames();
+const std::vector<std::string>& GeometryNames();
+
+// One line of JSON, as avatar files and checkpoints keep it. Parse throws Error (without a file name).
+std::string ArchitectureToJson(const Architecture& architecture);
+Architecture ArchitectureFromJson(const std::string& json);
+
+}  // namespace likeness

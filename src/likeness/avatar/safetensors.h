@@ -1,0 +1,78 @@
+// safetensors: named tensors and text in one file that nothing can be executed from.
+//
+// Layout: the header's length (uint64, little-endian), the header (JSON: name -> dtype, shape, data_offsets; and
+// "__metadata__", a map of strings), then the data, little-endian, row-major, without holes.
+// https://github.com/huggingface/safetensors describes it. We start the data at a multiple of 64 bytes.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace likeness {
+
+enum class DType { kBool, kU8, kI8, kI16, kU16, kF16, kBF16, kI32, kU32, kF32, kF64, kI64, kU64 };
+size_t ByteSize(DType dtype);
+std::string ToString(DType dtype);  // as files spell it: "F32"
+
+// A tensor to be written; the values are borrowed.
+struct TensorView {
+  std::string name;
+  DType dtype = DType::kF32;
+  std::vector<int64_t> shape;
+  std::span<const std::byte> bytes;
+};
+TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const float> values);
+TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const int32_t> values);
+
+// Writes the file whole or not at all.
+void WriteSafetensors(const std::filesystem::path& path, const std::vector<TensorView>& tensors,
+                      const std::map<std::string, std::string>& metadata);
+
+// A file in memory. Everything is checked when it is opened: header and data lie inside of the file, shapes match byte
+// counts, tensors fill the data without overlap or hole, names are unique.
+class SafetensorsFile {
+ public:
+  // Throws Error naming the file.
+  explicit SafetensorsFile(const std::filesystem::path& path);
+
+  const std::filesystem::path& path() const { return path_; }
+  const std::map<std::string, std::string>& metadata() const { return metadata_; }
+  // Sorted by name.
+  std::vector<std::string> names() const;
+  bool Has(const std::string& name) const { return entries_.count(name) != 0; }
+
+  // Throws Error when there is no such entry.
+  const std::string& Metadata(const std::string& key) const;
+  DType DTypeOf(const std::string& name) const;
+  const std::vector<int64_t>& ShapeOf(const std::string& name) const;
+  std::span<const std::byte> Bytes(const std::string& name) const;
+
+  // The values of an F32 (I32) tensor. Throws Error when it has another type or shape; -1 in `shape` matches any
+  // extent. Floats must be finite.
+  std::vector<float> Floats(const std::string& name, const std::vector<int64_t>& shape) const;
+  std::vector<int32_t> Integers(const std::string& name, const std::vector<int64_t>& shape) const;
+
+ private:
+  struct Entry {
+    DType dtype = DType::kF32;
+    std::vector<int64_t> shape;
+    size_t begin = 0;  // into bytes_
+    size_t size = 0;
+  };
+  void ParseHeader(std::string_view header, size_t data_begin);
+  const Entry& Find(const std::string& name) const;
+  const Entry& Find(const std::string& name, DType dtype, const std::vector<int64_t>& shape) const;
+
+  std::filesystem::path path_;
+  std::string bytes_;
+  std::map<std::string, std::string> metadata_;
+  std::map<std::string, Entry> entries_;
+};
+
+}  // namespace likeness

@@ -1,0 +1,50 @@
+// The tensors of an architecture: names, shapes and meanings, once for the trainer, the avatar file and the run time.
+
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "likeness/avatar/architecture.h"
+
+namespace likeness {
+
+enum class LayerKind {
+  kLinear,                // weight [out, in]; y = W x + b
+  kConvolution,           // weight [out, in, 4, 4]; stride 2, padding 1
+  kTransposedConvolution  // weight [in, out, 4, 4]; stride 2, padding 1
+};
+
+// A layer has two tensors, NAME.weight and NAME.bias.
+struct LayerInfo {
+  std::string name;  // "decoder.texture_conv.0"
+  LayerKind kind = LayerKind::kLinear;
+  int in = 0;                // channels
+  int out = 0;               // channels
+  int out_size = 1;          // texels a side of the output
+  bool untied_bias = false;  // bias [out, out_size, out_size], otherwise [out]
+  std::string meaning;
+
+  std::vector<int64_t> WeightShape() const;
+  std::vector<int64_t> BiasShape() const;
+  // Where the output channel stands in the weight's shape: weight normalisation has one norm for each of them.
+  int OutputAxis() const { return kind == LayerKind::kTransposedConvolution ? 1 : 0; }
+};
+
+struct TensorInfo {
+  std::string name;  // "decoder.texture_conv.0.weight"
+  std::vector<int64_t> shape;
+  std::string meaning;
+};
+
+// In the order of the forward pass. Weights are effective ones: normalisation is folded in.
+std::vector<LayerInfo> Layers(const Architecture& architecture);
+std::vector<TensorInfo> NetworkTensors(const Architecture& architecture);
+
+// Values in all of an architecture's tensors.
+int64_t ParameterCount(const Architecture& architecture);
+
+int64_t ElementCount(const std::vector<int64_t>& shape);
+
+}  // namespace likeness

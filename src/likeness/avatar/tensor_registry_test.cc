@@ -1,0 +1,97 @@
+#include "likeness/avatar/tensor_registry.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace likeness {
+namespace {
+
+using testing::ElementsAre;
+
+Architecture Paper(int size) {
+  Architecture a;
+  a.texture_size = size;
+  a.vertex_count = 7306;
+  return a;
+}
+
+const TensorInfo& Find(const std::vector<TensorInfo>& tensors, const std::string& name) {
+  for (const TensorInfo& tensor : tensors) {
+    if (tensor.name == name) return tensor;
+  }
+  static const TensorInfo none;
+  ADD_FAILURE() << "no tensor " << name;
+  return none;
+}
+
+TEST(TensorRegistry, PaperPresetHasTheParametersCountedByHand) {
+  // Kernels of the encoder, 16 taps; the decoder's are the same in reverse.
+  const int64_t kernels = 16 * (3 * 16 + 16 * 32 + 32 * 32 + 32 * 64 + 64 * 64 + 64 * 128 + 128 * 128 + 128 * 256);
+  const int64_t encoder_biases = 512 * 512 * 16 + 256 * 256 * 32 + 128 * 128 * 32 + 64 * 64 * 64 + 32 * 32 * 64 +
+                                 16 * 16 * 128 + 8 * 8 * 128 + 4 * 4 * 256;
+  const int64_t decoder_biases = 8 * 8 * 128 + 16 * 16 * 128 + 32 * 32 * 64 + 64 * 64 * 64 + 128 * 128 * 32 +
+                                 256 * 256 * 32 + 512 * 512 * 16 + 1024 * 1024 * 3;
+  const int64_t encoder_fc = (4096 * 256 + 256) + (21918 * 256 + 256) + 2 * (512 * 128 + 128);
+  const int64_t decoder_fc = (128 * 256 + 256) + (256 * 21918 + 21918) + (3 * 8 + 8) + (264 * 4096 + 4096);
+  EXPECT_EQ(kernels, 1'041'152);
+  EXPECT_EQ(encoder_biases, 7'188'480);
+  EXPECT_EQ(decoder_biases, 10'330'112);
+  EXPECT_EQ(ParameterCount(Paper(1024)), 2 * kernels + encoder_biases + decoder_biases + encoder_fc + decoder_fc);
+}
+
+TEST(TensorRegistry, OptionsChangeOnlyTheirTensors) {
+  const int64_t all = ParameterCount(Paper(1024));
+  Architecture a = Paper(1024);
+  a.untied_bias = UntiedBias::kDecoder;
+  EXPECT_EQ(ParameterCount(a), all - 7'188'480 + (16 + 32 + 32 + 64 + 64 + 128 + 128 + 256));
+  a.untied_bias = UntiedBias::kNone;
+  EXPECT_EQ(ParameterCount(a), all - 7'188'480 - 10'330'112 + (16 + 32 + 32 + 64 + 64 + 128 + 128 + 256) +
+                                   (128 + 128 + 64 + 64 + 32 + 32 + 16 + 3));
+  a = Paper(1024);
+  a.conditioning = Conditioning::kFc32;
+  EXPECT_EQ(ParameterCount(a), all + 24 * (3 + 1) + 24 * 4096);
+  a.conditioning = Conditioning::kRaw;
+  EXPECT_EQ(ParameterCount(a), all - (3 * 8 + 8) - 5 * 4096);
+  a = Paper(1024);
+  a.normalisation = Normalisation::kNone;  // folded weights have the same shapes
+  EXPECT_EQ(ParameterCount(a), all);
+}
+
+TEST(TensorRegistry, ShapesAtHalfTheSize) {
+  const std::vector<TensorInfo> tensors = NetworkTensors(Paper(512));
+  EXPECT_THAT(Find(tensors, "encoder.texture_conv.0.weight").shape, ElementsAre(16, 3, 4, 4));
+  EXPECT_THAT(Find(tensors, "encoder.texture_conv.0.bias").shape, ElementsAre(16, 256, 256));
+  EXPECT_THAT(Find(tensors, "encoder.texture_conv.6.bias").shape, ElementsAre(128, 4, 4));
+  EXPECT_THAT(Find(tensors, "encoder.texture_fc.weight").shape, ElementsAre(256, 2048));
+  EXPECT_THAT(Find(tensors, "decoder.texture_fc.weight").shape, ElementsAre(2048, 264));
+  EXPECT_THAT(Find(tensors, "decoder.texture_conv.0.weight").shape, ElementsAre(128, 128, 4, 4));
+  EXPECT_THAT(Find(tensors, "decoder.texture_conv.6.weight").shape, ElementsAre(16, 3, 4, 4));
+  EXPECT_THAT(Find(tensors, "decoder.texture_conv.6.bias").shape, ElementsAre(3, 512, 512));
+}
+
+TEST(TensorRegistry, NamesAreUniqueAndChannelsConnect) {
+  for (const int size : {16, 64, 512, 1024, 4096}) {
+    std::set<std::string> names;
+    for (const TensorInfo& tensor : NetworkTensors(Paper(size))) {
+      EXPECT_TRUE(names.insert(tensor.name).second) << tensor.name;
+      EXPECT_FALSE(tensor.meaning.empty()) << tensor.name;
+    }
+    int channels = 3;
+    for (const LayerInfo& layer : Layers(Paper(size))) {
+      if (layer.kind == LayerKind::kConvolution) {
+        EXPECT_EQ(layer.in, channels) << layer.name;
+        channels = layer.out;
+      }
+      if (layer.kind == LayerKind::kTransposedConvolution) {
+        EXPECT_EQ(layer.in, channels) << layer.name;
+        channels = layer.out;
+      }
+    }
+    EXPECT_EQ(channels, 3);
+  }
+}
+
+}  // namespace
+}  // namespace likeness
