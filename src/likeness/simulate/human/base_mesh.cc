@@ -14,6 +14,56 @@ namespace {
 constexpr float kNeckY = 6.0f;
 constexpr float kArmX = 1.0f;
 
+// The cut through the neck follows the quads and so has steps. Smooths its border, and the skin just above with it, and
+// lets quads at the steps start at their outer corner: where a border is laid out straight, cutting them into
+// triangles from there leaves none without area.
+void SmoothNeckBorder(BaseMesh* mesh) {
+  std::vector<int> border;
+  for (std::vector<int>& loop : BorderLoops(mesh->face.quads)) {
+    if (loop.size() > border.size()) border = std::move(loop);  // lids have 28 vertices, the lips 38
+  }
+  std::map<int, size_t> place;
+  for (size_t i = 0; i < border.size(); ++i) place[border[i]] = i;
+  for (size_t q = 0; q < mesh->face.quads.size(); ++q) {
+    Quad& quad = mesh->face.quads[q];
+    for (int k = 0; k < 4; ++k) {
+      const auto a = place.find(quad[(k + 3) % 4]), b = place.find(quad[k]), c = place.find(quad[(k + 1) % 4]);
+      if (a == place.end() || b == place.end() || c == place.end()) continue;
+      if ((a->second + 1) % border.size() != b->second || (b->second + 1) % border.size() != c->second) continue;
+      std::rotate(quad.begin(), quad.begin() + k, quad.end());
+      std::rotate(mesh->face.uvs[q].begin(), mesh->face.uvs[q].begin() + k, mesh->face.uvs[q].end());
+      break;
+    }
+  }
+
+  const auto smooth = [&](const std::map<int, std::set<int>>& neighbours, int rounds) {
+    for (int round = 0; round < rounds; ++round) {
+      const Vertices before = mesh->vertices;
+      for (const auto& [v, others] : neighbours) {
+        Eigen::RowVector3f mean = Eigen::RowVector3f::Zero();
+        for (const int other : others) mean += before.row(other);
+        mesh->vertices.row(v) = (before.row(v) + mean / static_cast<float>(others.size())) / 2;
+      }
+    }
+  };
+  std::map<int, std::set<int>> along_border, above;
+  for (size_t i = 0; i < border.size(); ++i) {
+    const int a = border[i], b = border[(i + 1) % border.size()];
+    along_border[a].insert(b);
+    along_border[b].insert(a);
+  }
+  constexpr float kAbove = 30;  // mm over the cut
+  for (const Quad& quad : mesh->face.quads) {
+    for (int k = 0; k < 4; ++k) {
+      const int v = quad[k];
+      if (place.contains(v) || mesh->vertices(v, 1) > kNeckY * kMillimetresPerUnit + kAbove) continue;
+      above[v].insert({quad[(k + 1) % 4], quad[(k + 3) % 4]});
+    }
+  }
+  smooth(along_border, 60);
+  smooth(above, 10);
+}
+
 }  // namespace
 
 BaseMesh ReadBaseMesh(const std::filesystem::path& data_folder) {
@@ -81,6 +131,7 @@ BaseMesh ReadBaseMesh(const std::filesystem::path& data_folder) {
     expect(mesh.lashes[side][0], 44, "lower lashes");
     expect(mesh.lashes[side][1], 48, "upper lashes");
   }
+  SmoothNeckBorder(&mesh);
   return mesh;
 }
 

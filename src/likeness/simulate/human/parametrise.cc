@@ -4,6 +4,7 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "likeness/base/error.h"
@@ -23,9 +24,14 @@ double StretchSquared(const Eigen::Vector2d p[3], const Eigen::Vector3d q[3]) {
   return (ds.squaredNorm() + dt.squaredNorm()) / 2;
 }
 
-// Root of the mean square stretch around each vertex, weighted by area.
-std::vector<double> VertexStretch(const Disc& disc, const std::vector<Eigen::Vector2d>& uv) {
+struct Stretch {
+  std::vector<double> vertices;  // root of the mean square stretch around each vertex, weighted by area
+  double all = 0;                // likewise of the whole disc
+};
+
+Stretch MeasureStretch(const Disc& disc, const std::vector<Eigen::Vector2d>& uv) {
   std::vector<double> sum(uv.size(), 0), weight(uv.size(), 0);
+  double whole_sum = 0, whole_weight = 0;
   for (size_t f = 0; f < disc.faces.size(); ++f) {
     if (disc.density[f] <= 0) continue;
     const std::vector<int>& face = disc.faces[f];
@@ -39,6 +45,8 @@ std::vector<double> VertexStretch(const Disc& disc, const std::vector<Eigen::Vec
       }
       const double area = (q[1] - q[0]).cross(q[2] - q[0]).norm() / 2;
       const double stretch = StretchSquared(p, q);
+      whole_sum += area * stretch;
+      whole_weight += area;
       for (const int v : face) {
         sum[v] += area * stretch;
         weight[v] += area;
@@ -46,7 +54,7 @@ std::vector<double> VertexStretch(const Disc& disc, const std::vector<Eigen::Vec
     }
   }
   for (size_t v = 0; v < uv.size(); ++v) sum[v] = weight[v] > 0 ? std::sqrt(sum[v] / weight[v]) : 0;
-  return sum;
+  return {sum, std::sqrt(whole_sum / whole_weight)};
 }
 
 }  // namespace
@@ -73,6 +81,8 @@ std::vector<Eigen::Vector2f> MapDiscToRectangle(const Disc& disc, int rounds) {
     if (!fixed[v]) unknown[v] = unknowns++;
   }
 
+  std::vector<Eigen::Vector2d> best;
+  double best_stretch = std::numeric_limits<double>::infinity();
   for (int round = 0;; ++round) {
     std::vector<Eigen::Triplet<double>> triplets;
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(unknowns, 2);
@@ -98,9 +108,14 @@ std::vector<Eigen::Vector2f> MapDiscToRectangle(const Disc& disc, int rounds) {
     for (int v = 0; v < count; ++v) {
       if (!fixed[v]) uv[v] = solution.row(unknown[v]);
     }
+    const Stretch measured = MeasureStretch(disc, uv);
+    if (measured.all < best_stretch) {
+      best_stretch = measured.all;
+      best = uv;
+    }
     if (round == rounds) break;
 
-    const std::vector<double> stretch = VertexStretch(disc, uv);
+    const std::vector<double>& stretch = measured.vertices;
     double mean = 0;
     int used = 0;
     for (const double s : stretch) {
@@ -114,7 +129,7 @@ std::vector<Eigen::Vector2f> MapDiscToRectangle(const Disc& disc, int rounds) {
     }
   }
   std::vector<Eigen::Vector2f> result(count);
-  for (int v = 0; v < count; ++v) result[v] = uv[v].cast<float>();
+  for (int v = 0; v < count; ++v) result[v] = best[v].cast<float>();
   return result;
 }
 
