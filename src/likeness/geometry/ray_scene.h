@@ -41,6 +41,9 @@ class RayScene {
 
   RayHit Intersect(const Ray& ray) const;
 
+  // Up to sixteen coherent rays at once; hits[i] is ray i's.
+  void Intersect16(std::span<const Ray> rays, std::span<RayHit> hits) const;
+
   // Whether anything lies on the ray between t_min and t_max.
   bool Occluded(const Ray& ray) const;
 
