@@ -24,6 +24,7 @@ struct VerbEntry {
 
 const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
+    {"unwrap", RunUnwrap, "turn camera images into textures, their averages and statistics"},
 };
 
 void PrintHelp() {
