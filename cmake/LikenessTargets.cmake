@@ -1,5 +1,5 @@
 # likeness_library(NAME SOURCES ... [DEPS ...]): the library of one folder, likeness_NAME.
-# likeness_test(NAME SOURCES ... [DEPS ...] [LABELS ...]): a test program, one ctest entry a program.
+# likeness_test(NAME SOURCES ... [DEPS ...] [LABELS ...] [TIMEOUT seconds]): a test program, one ctest entry a program.
 
 add_library(likeness_flags INTERFACE)
 target_compile_features(likeness_flags INTERFACE cxx_std_20)
@@ -19,6 +19,8 @@ if(MOLD_PROGRAM)
 endif()
 
 set_property(GLOBAL PROPERTY LIKENESS_LIBRARIES "")
+# Builds the tests that run under the sanitizers: those with the label "sanitize".
+add_custom_target(sanitized_tests)
 
 function(likeness_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
@@ -39,11 +41,13 @@ function(likeness_test name)
   endif()
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE likeness_flags ${ARG_DEPS} likeness_testing GTest::gtest GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE likeness_flags ${ARG_DEPS} likeness_testing GTest::gmock GTest::gtest GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
-  # The sample data stand beside the checkout where they exist; tests that need them skip when they are absent.
+  if("sanitize" IN_LIST ARG_LABELS)
+    add_dependencies(sanitized_tests ${name})
+  endif()
   set_tests_properties(${name} PROPERTIES LABELS "unit;${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
 endfunction()

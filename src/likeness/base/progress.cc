@@ -85,9 +85,7 @@ void Progress::Draw(bool last) {
   drawn_ = now;
   const TerminalLock lock;
   lock.ClearBar();
-  if (!IsTerminal()) {
-    fmt::print(stderr, "{}\n", Line());
-  } else if (last) {
+  if (last || !IsTerminal()) {
     fmt::print(stderr, "{}\n", Line());
   } else {
     constexpr int kWidth = 24;

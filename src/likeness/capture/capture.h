@@ -31,6 +31,12 @@ struct Split {
   bool IsHeldOutSegment(const std::string& segment) const;
 };
 
+// A frame that the capture lists but that cannot be used, and why: "tracked_mesh/E1/000007.bin is absent".
+struct SkippedFrame {
+  FrameId frame;
+  std::string reason;
+};
+
 // Tracked geometry of one frame.
 struct TrackedFrame {
   Vertices vertices_in_head;       // mm; x to the subject's left, y up, z out of the nose
@@ -44,8 +50,10 @@ class Capture {
   virtual ~Capture() = default;
 
   virtual const std::filesystem::path& root() const = 0;
-  virtual const std::vector<Camera>& cameras() const = 0;  // widths and heights are known
+  virtual std::string layout_name() const = 0;             // "Multiface"
+  virtual const std::vector<Camera>& cameras() const = 0;  // width and height are 0 where a camera has no image at all
   virtual const std::vector<FrameId>& frames() const = 0;  // listed and with a mesh, in the list's order
+  virtual const std::vector<SkippedFrame>& skipped_frames() const = 0;  // the rest of the list
   virtual const MeshTopology& topology() const = 0;
   virtual const Split& split() const = 0;  // all cameras and segments train when none is given
 
@@ -64,9 +72,18 @@ class Capture {
   std::vector<FrameId> HeldOutFrames() const;
 };
 
+// What a capture's own files may leave open. An empty path means the default.
+struct CaptureOptions {
+  // JSON that names training and held-out cameras, {"full": {"train": [...], "test": [...]}}, and perhaps held-out
+  // segments, {"segment": [prefix, ...]}. Default: ROOT/split.json where it exists; otherwise everything trains.
+  std::filesystem::path split_file;
+  // JSON with the held-out segments alone; replaces those of the split file.
+  std::filesystem::path test_segments_file;
+  // An .obj with faces and texture coordinates. Default: that of the first frame that has one.
+  std::filesystem::path topology_file;
+};
+
 // Opens a folder in any layout that is known (now: Multiface). Throws Error that says what was looked for.
-//   split_file      names training and held-out cameras; default: ROOT/split.json where it exists
-std::unique_ptr<Capture> OpenCapture(const std::filesystem::path& root,
-                                     const std::optional<std::filesystem::path>& split_file = std::nullopt);
+std::unique_ptr<Capture> OpenCapture(const std::filesystem::path& root, const CaptureOptions& options = {});
 
 }  // namespace likeness

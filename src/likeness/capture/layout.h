@@ -2,12 +2,22 @@
 
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "likeness/capture/capture.h"
 
 namespace likeness {
+
+// Whether a camera, segment or frame may have this name: it becomes a word of text files and the name of a file.
+// "average" is taken by the average textures.
+inline bool IsLayoutName(std::string_view name) {
+  return !name.empty() && name[0] != '.' && name != "average" && name.size() < 200 &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return c > 32 && c < 127 && c != '/' && c != '\\' && c != '"'; });
+}
 
 class CaptureLayout {
  public:

@@ -59,7 +59,7 @@ int RayScene::Add(const Vertices& vertices, const std::vector<Eigen::Vector3i>& 
     throw Error("Embree has no memory for {} triangles", triangles.size());
   }
   if (vertices.rows() > 0) std::memcpy(vertex_buffer, vertices.data(), sizeof(float) * vertices.size());
-  if (!triangles.empty()) std::memcpy(index_buffer, triangles.data(), sizeof(triangles[0]) * triangles.size());
+  if (!triangles.empty()) std::memcpy(index_buffer, triangles[0].data(), 3 * sizeof(int) * triangles.size());
   if (one_sided) {
     rtcSetGeometryIntersectFilterFunction(geometry, RejectBackFaces);
     rtcSetGeometryOccludedFilterFunction(geometry, RejectBackFaces);

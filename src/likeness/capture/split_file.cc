@@ -1,0 +1,93 @@
+#include "likeness/capture/split_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "likeness/base/error.h"
+#include "likeness/base/log.h"
+#include "likeness/capture/layout.h"
+
+namespace likeness {
+namespace {
+
+using nlohmann::json;
+
+std::vector<std::string> Names(const std::filesystem::path& path, const json& parent, const char* key) {
+  const auto list = parent.find(key);
+  if (list == parent.end() || !list->is_array()) throw FileError(path, fmt::format("expected \"{}\": [names]", key));
+  std::vector<std::string> names;
+  for (const json& name : *list) {
+    if (!name.is_string() || !IsLayoutName(name.get_ref<const std::string&>())) {
+      throw FileError(path, fmt::format("\"{}\" must be a list of names in quotes", key));
+    }
+    names.push_back(name);
+  }
+  return names;
+}
+
+bool Contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+SplitNames ParseSplit(const std::filesystem::path& path_for_errors, std::string_view text) {
+  json root;
+  try {
+    root = json::parse(text);
+  } catch (const json::exception& error) {
+    throw FileError(path_for_errors, fmt::format("is no JSON: {}", error.what()));
+  }
+  if (!root.is_object()) throw FileError(path_for_errors, "expected a JSON object");
+  SplitNames names;
+  if (const auto full = root.find("full"); full != root.end()) {
+    names.has_cameras = true;
+    names.train = Names(path_for_errors, *full, "train");
+    names.test = Names(path_for_errors, *full, "test");
+  }
+  if (root.contains("segment")) {
+    names.has_segments = true;
+    names.segments = Names(path_for_errors, root, "segment");
+  }
+  if (!names.has_cameras && !names.has_segments) {
+    throw FileError(path_for_errors,
+                    R"(is no split: expected {"full": {"train": [...], "test": [...]}}, {"segment": [...]}, or both)");
+  }
+  return names;
+}
+
+Split ResolveSplit(const std::filesystem::path& path_for_errors, const SplitNames& names,
+                   const std::vector<Camera>& cameras) {
+  Split split;
+  split.held_out_segments = names.segments;
+  std::vector<std::string> known;
+  for (const Camera& camera : cameras) {
+    known.push_back(camera.name);
+    if (!names.has_cameras || Contains(names.train, camera.name)) {
+      split.training_cameras.push_back(camera.name);
+    } else if (Contains(names.test, camera.name)) {
+      split.held_out_cameras.push_back(camera.name);
+    }
+  }
+  std::vector<std::string> unknown;
+  for (const auto* list : {&names.train, &names.test}) {
+    for (const std::string& name : *list) {
+      if (!Contains(known, name) && !Contains(unknown, name)) unknown.push_back(name);
+    }
+  }
+  if (split.training_cameras.empty()) {
+    throw FileError(path_for_errors, fmt::format("none of its {} training cameras is in the capture, whose cameras are "
+                                                 "{}",
+                                                 names.train.size(), fmt::join(known, ", ")));
+  }
+  if (!unknown.empty()) {
+    LogWarning("{}: {} of its cameras are not in the capture: {}", path_for_errors.string(), unknown.size(),
+               fmt::join(unknown, ", "));
+  }
+  return split;
+}
+
+}  // namespace likeness
