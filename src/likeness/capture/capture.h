@@ -61,8 +61,9 @@ class Capture {
   virtual TrackedFrame ReadTracked(const FrameId& frame) const = 0;
   virtual ImageU8 ReadCameraImage(const FrameId& frame, const Camera& camera) const = 0;  // RGB
 
-  // None where the capture has no such file.
   virtual bool HasCameraImage(const FrameId& frame, const Camera& camera) const = 0;
+  virtual bool HasHeadMask(const FrameId& frame, const Camera& camera) const = 0;
+  // None where the capture has no such file.
   virtual std::optional<ImageU8> ReadHeadMask(const FrameId& frame, const Camera& camera) const = 0;  // 255 = head
 
   const Camera& FindCamera(const std::string& name) const;  // throws Error naming the nearest known one

@@ -54,11 +54,14 @@ class MultifaceCapture : public Capture {
     return fs::exists(layout_.Image(frame, camera.name), ignored);
   }
 
-  std::optional<ImageU8> ReadHeadMask(const FrameId& frame, const Camera& camera) const override {
-    const fs::path path = layout_.HeadMask(frame, camera.name);
+  bool HasHeadMask(const FrameId& frame, const Camera& camera) const override {
     std::error_code ignored;
-    if (!fs::exists(path, ignored)) return std::nullopt;
-    return ReadChecked(path, camera, 1);
+    return fs::exists(layout_.HeadMask(frame, camera.name), ignored);
+  }
+
+  std::optional<ImageU8> ReadHeadMask(const FrameId& frame, const Camera& camera) const override {
+    if (!HasHeadMask(frame, camera)) return std::nullopt;
+    return ReadChecked(layout_.HeadMask(frame, camera.name), camera, 1);
   }
 
  private:
