@@ -22,7 +22,9 @@ struct VerbEntry {
   const char* summary;
 };
 
-const std::vector<VerbEntry> kVerbs = {};
+const std::vector<VerbEntry> kVerbs = {
+    {"unwrap", RunUnwrap, "turn camera images into textures, their averages and statistics"},
+};
 
 void PrintHelp() {
   fmt::print("likeness {}: from a multi-camera capture of a face to an avatar\n\n", LIKENESS_VERSION);
