@@ -22,7 +22,9 @@ struct VerbEntry {
   const char* summary;
 };
 
-const std::vector<VerbEntry> kVerbs = {};
+const std::vector<VerbEntry> kVerbs = {
+    {"inspect", RunInspect, "says what a capture is and draws a contact sheet"},
+};
 
 void PrintHelp() {
   fmt::print("likeness {}: from a multi-camera capture of a face to an avatar\n\n", LIKENESS_VERSION);

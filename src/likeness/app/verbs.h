@@ -6,4 +6,6 @@ namespace likeness {
 
 using Verb = int (*)(int argc, const char* const* argv);
 
+int RunInspect(int argc, const char* const* argv);
+
 }  // namespace likeness
