@@ -24,6 +24,7 @@ struct VerbEntry {
 
 const std::vector<VerbEntry> kVerbs = {
     {"unwrap", RunUnwrap, "turn camera images into textures, their averages and statistics"},
+    {"bench", RunBench, "measure the speed of one part"},
 };
 
 void PrintHelp() {
