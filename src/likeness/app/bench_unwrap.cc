@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "likeness/app/benches.h"
 #include "likeness/app/capture_flags.h"
@@ -76,6 +78,7 @@ void WriteBenchCapture(const fs::path& root) {
   scene.Add(vertices, topology.triangles);
   scene.Build();
   const Eigen::Vector3d centre = camera.CentreInWorld();
+  constexpr double kNoise = 1.6;  // makes a file as large as published ones, 2.9 MB, and so as slow to read
   ParallelFor(camera.height, [&](int64_t y) {
     Random random(1, static_cast<uint64_t>(y));
     for (int x = 0; x < camera.width; ++x) {
@@ -87,10 +90,10 @@ void WriteBenchCapture(const fs::path& root) {
       if (hit.mesh < 0) continue;
       const Eigen::Vector3d p = centre + hit.t * direction;
       const double light = 0.6 + 0.4 * p.z() / 110 + 0.05 * std::sin(p.x()) * std::sin(1.3 * p.y());
-      const double noise = 2.5 * random.Normal();  // a sensor's
       const double colours[3] = {150 * light, 110 * light, 90 * light};
       for (int c = 0; c < 3; ++c) {
-        image.at(x, static_cast<int>(y))[c] = static_cast<uint8_t>(std::clamp(colours[c] + noise, 1.0, 255.0));
+        image.at(x, static_cast<int>(y))[c] =
+            static_cast<uint8_t>(std::clamp(colours[c] + kNoise * random.Normal(), 1.0, 255.0));
       }
       *mask.at(x, static_cast<int>(y)) = 255;
     }
@@ -105,17 +108,46 @@ void WriteBenchCapture(const fs::path& root) {
   writer.WriteHeadMask(frame, camera.name, mask);
 }
 
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
+// Medians over runs of one step: by the clock, and of the processor's time alone, which other programs disturb less.
+class Stopwatch {
+ public:
+  template <typename Call>
+  void Measure(const Call& call) {
+    const auto wall = std::chrono::steady_clock::now();
+    const double cpu = ThreadMilliseconds();
+    call();
+    cpu_.push_back(ThreadMilliseconds() - cpu);
+    wall_.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - wall).count());
+  }
 
-template <typename Call>
-double Milliseconds(const Call& call) {
-  const auto start = std::chrono::steady_clock::now();
-  call();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
+  // The sum of three steps, run by run.
+  Stopwatch(std::initializer_list<const Stopwatch*> steps) {
+    for (const Stopwatch* step : steps) {
+      wall_.resize(step->wall_.size());
+      cpu_.resize(step->cpu_.size());
+      for (size_t i = 0; i < wall_.size(); ++i) wall_[i] += step->wall_[i], cpu_[i] += step->cpu_[i];
+    }
+  }
+  Stopwatch() = default;
+
+  // Without the first run where there are several: it warms up.
+  double wall_ms() const { return Median(wall_); }
+  double cpu_ms() const { return Median(cpu_); }
+
+ private:
+  static double ThreadMilliseconds() {
+    timespec time = {};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+  }
+  static double Median(std::vector<double> values) {
+    if (values.size() > 1) values.erase(values.begin());
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  }
+
+  std::vector<double> wall_, cpu_;
+};
 
 }  // namespace
 
@@ -156,63 +188,66 @@ int RunBenchUnwrap(int argc, const char* const* argv) {
   const TrackedFrame tracked = capture->ReadTracked(frame);
   const TexelMap texels = MapTexels(capture->topology(), options.size);
   std::optional<FrameUnwrapper> unwrapper;
-  const double frame_ms =
-      Milliseconds([&] { unwrapper.emplace(capture->topology(), texels, tracked.vertices_in_head, options); });
-  std::vector<double> visibility, unwrap, read, write, total, seen;
+  Stopwatch frame_time, visibility, unwrap, read, write;
+  for (int i = 0; i < 3; ++i) {
+    frame_time.Measure([&] { unwrapper.emplace(capture->topology(), texels, tracked.vertices_in_head, options); });
+  }
+  int64_t seen = 0;
   for (int i = 0; i <= repeats; ++i) {
     const Camera& camera = cameras[static_cast<size_t>(i) % cameras.size()];
     const Eigen::Vector3d centre = tracked.world_from_head.Inverse() * camera.CentreInWorld();
     ImageU8 visible, image;
     std::optional<ImageU8> mask;
     UnwrappedView view;
-    const double visibility_ms = Milliseconds([&] { visible = unwrapper->Visibility(centre); });
-    const double read_ms = Milliseconds([&] {
+    visibility.Measure([&] { visible = unwrapper->Visibility(centre); });
+    read.Measure([&] {
       image = capture->ReadCameraImage(frame, camera);
       mask = capture->ReadHeadMask(frame, camera);
     });
-    const double unwrap_ms = Milliseconds(
-        [&] { view = unwrapper->Unwrap(camera, tracked.world_from_head, image, mask ? &*mask : nullptr); });
-    const double write_ms = Milliseconds([&] {
+    unwrap.Measure([&] { view = unwrapper->Unwrap(camera, tracked.world_from_head, image, mask ? &*mask : nullptr); });
+    write.Measure([&] {
       WriteFile(temporary.path / "texture.png", EncodePng(view.texture, 1), Sync::kNo);
       WriteFile(temporary.path / "mask.png", EncodePng(view.mask, 1), Sync::kNo);
     });
-    if (i == 0) continue;
-    visibility.push_back(visibility_ms);
-    read.push_back(read_ms);
-    unwrap.push_back(unwrap_ms);
-    write.push_back(write_ms);
-    total.push_back(read_ms + unwrap_ms + write_ms);
-    seen.push_back(static_cast<double>(std::count(view.mask.values().begin(), view.mask.values().end(), 255)));
+    seen += std::count(view.mask.values().begin(), view.mask.values().end(), 255);
   }
-  const auto covered =
-      std::count_if(texels.texels.begin(), texels.texels.end(), [](const auto& t) { return t.triangle >= 0; });
-  const nlohmann::ordered_json result = {{"texture_size", options.size},
-                                         {"image_width", cameras.front().width},
-                                         {"image_height", cameras.front().height},
-                                         {"head_masks", capture->ReadHeadMask(frame, cameras.front()).has_value()},
-                                         {"triangles", capture->topology().triangles.size()},
-                                         {"covered_texels", covered},
-                                         {"seen_texels", Median(seen)},
-                                         {"threads", 1},
-                                         {"repeats", repeats},
-                                         {"frame_ms", frame_ms},
-                                         {"visibility_ms", Median(visibility)},
-                                         {"unwrap_ms", Median(unwrap)},
-                                         {"read_ms", Median(read)},
-                                         {"write_ms", Median(write)},
-                                         {"total_ms", Median(total)}};
+  const Stopwatch total = {&read, &unwrap, &write};
   if (json) {
+    const auto covered =
+        std::count_if(texels.texels.begin(), texels.texels.end(), [](const auto& t) { return t.triangle >= 0; });
+    nlohmann::ordered_json result = {{"texture_size", options.size},
+                                     {"image_width", cameras.front().width},
+                                     {"image_height", cameras.front().height},
+                                     {"head_masks", capture->ReadHeadMask(frame, cameras.front()).has_value()},
+                                     {"triangles", capture->topology().triangles.size()},
+                                     {"covered_texels", covered},
+                                     {"seen_texels", seen / (repeats + 1)},
+                                     {"threads", 1},
+                                     {"repeats", repeats}};
+    const auto add = [&](const std::string& name, const Stopwatch& time) {
+      result[name + "_ms"] = time.wall_ms();
+      result[name + "_cpu_ms"] = time.cpu_ms();
+    };
+    add("visibility", visibility);
+    add("total", total);
+    add("read", read);
+    add("unwrap", unwrap);
+    add("write", write);
+    add("frame", frame_time);
     fmt::print("{}\n", result.dump(2));
     return 0;
   }
   fmt::print("a {0} x {0} texture of {1} triangles from a {2} x {3} image, one thread\n", options.size,
              capture->topology().triangles.size(), cameras.front().width, cameras.front().height);
-  fmt::print("{:8.1f} ms  visibility of all texels, without images\n", Median(visibility));
-  fmt::print("{:8.1f} ms  visibility and sampling\n", Median(unwrap));
-  fmt::print("{:8.1f} ms  reading the image and its mask\n", Median(read));
-  fmt::print("{:8.1f} ms  writing the texture and its mask\n", Median(write));
-  fmt::print("{:8.1f} ms  total of the last three\n", Median(total));
-  fmt::print("{:8.1f} ms  and once a frame, for all cameras: surface points and ray hierarchy\n", frame_ms);
+  const auto line = [](const Stopwatch& time, const char* what) {
+    fmt::print("{:8.1f} ms ({:5.1f} of the processor)  {}\n", time.wall_ms(), time.cpu_ms(), what);
+  };
+  line(visibility, "visibility of all texels, without images");
+  line(total, "reading the image, unwrapping, writing the texture; of these:");
+  line(read, "  reading the image and its head mask");
+  line(unwrap, "  visibility and sampling");
+  line(write, "  writing the texture and its mask");
+  line(frame_time, "once a frame, for all cameras: surface points and ray hierarchy");
   return 0;
 }
 

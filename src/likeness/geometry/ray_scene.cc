@@ -116,27 +116,45 @@ bool RayScene::Occluded(const Ray& ray) const {
 
 uint32_t RayScene::Occluded16(std::span<const Ray> rays) const {
   LIKENESS_CHECK(rays.size() <= 16);
+  RayPacket16 packet = {};
+  for (size_t i = 0; i < rays.size(); ++i) {
+    packet.origin_x[i] = rays[i].origin.x();
+    packet.origin_y[i] = rays[i].origin.y();
+    packet.origin_z[i] = rays[i].origin.z();
+    packet.direction_x[i] = rays[i].direction.x();
+    packet.direction_y[i] = rays[i].direction.y();
+    packet.direction_z[i] = rays[i].direction.z();
+    packet.t_min[i] = rays[i].t_min;
+    packet.t_max[i] = rays[i].t_max;
+  }
+  return Occluded16(packet, (1u << rays.size()) - 1);
+}
+
+uint32_t RayScene::Occluded16(const RayPacket16& rays, uint32_t active) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  alignas(64) int valid[16] = {};
-  RTCRay16 query = {};
-  for (size_t i = 0; i < rays.size(); ++i) {
-    valid[i] = -1;
-    query.org_x[i] = rays[i].origin.x();
-    query.org_y[i] = rays[i].origin.y();
-    query.org_z[i] = rays[i].origin.z();
-    query.tnear[i] = rays[i].t_min;
-    query.dir_x[i] = rays[i].direction.x();
-    query.dir_y[i] = rays[i].direction.y();
-    query.dir_z[i] = rays[i].direction.z();
-    query.tfar[i] = rays[i].t_max;
+  alignas(64) int valid[16];
+  RTCRay16 query;
+  const auto copy = [](float(&to)[16], const float(&from)[16]) { std::memcpy(to, from, sizeof(to)); };
+  copy(query.org_x, rays.origin_x);
+  copy(query.org_y, rays.origin_y);
+  copy(query.org_z, rays.origin_z);
+  copy(query.dir_x, rays.direction_x);
+  copy(query.dir_y, rays.direction_y);
+  copy(query.dir_z, rays.direction_z);
+  copy(query.tnear, rays.t_min);
+  copy(query.tfar, rays.t_max);
+  for (int i = 0; i < 16; ++i) {
+    valid[i] = (active >> i & 1) != 0 ? -1 : 0;
+    query.time[i] = 0;
     query.mask[i] = ~0u;
+    query.id[i] = query.flags[i] = 0;
   }
   rtcOccluded16(valid, impl_->scene, &context, &query);
   uint32_t occluded = 0;
-  for (size_t i = 0; i < rays.size(); ++i) occluded |= (query.tfar[i] < 0 ? 1u : 0u) << i;
-  return occluded;
+  for (int i = 0; i < 16; ++i) occluded |= (query.tfar[i] < 0 ? 1u : 0u) << i;
+  return occluded & active;
 }
 
 }  // namespace likeness
