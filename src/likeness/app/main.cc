@@ -24,6 +24,9 @@ struct VerbEntry {
 
 const std::vector<VerbEntry> kVerbs = {
     {"unwrap", RunUnwrap, "turn camera images into textures, their averages and statistics"},
+#ifdef LIKENESS_TRAIN
+    {"train", RunTrain, "train an avatar on unwrapped textures"},
+#endif
 };
 
 void PrintHelp() {

@@ -7,5 +7,6 @@ namespace likeness {
 using Verb = int (*)(int argc, const char* const* argv);
 
 int RunUnwrap(int argc, const char* const* argv);
+int RunTrain(int argc, const char* const* argv);
 
 }  // namespace likeness
