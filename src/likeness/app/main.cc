@@ -22,8 +22,11 @@ struct VerbEntry {
   const char* summary;
 };
 
+// In the order of the pipeline.
 const std::vector<VerbEntry> kVerbs = {
-    {"inspect", RunInspect, "says what a capture is and draws a contact sheet"},
+    {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
+    {"inspect", RunInspect, "says what a capture or an avatar is, and draws a capture's contact sheet"},
+    {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 };
 
 void PrintHelp() {

@@ -36,16 +36,19 @@ std::string ReadFile(const fs::path& path, uint64_t most) {
   return bytes;
 }
 
-void WriteFile(const fs::path& path, std::string_view bytes) {
-  WriteFileWith(path, [&](const fs::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) throw FileError(path, fmt::format("cannot be written: {}", std::strerror(errno)));
-  });
+void WriteFile(const fs::path& path, std::string_view bytes, Sync sync) {
+  WriteFileWith(
+      path,
+      [&](const fs::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        out.close();
+        if (!out) throw FileError(path, fmt::format("cannot be written: {}", std::strerror(errno)));
+      },
+      sync);
 }
 
-void WriteFileWith(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+void WriteFileWith(const fs::path& path, const std::function<void(const fs::path&)>& write, Sync sync) {
   static std::atomic<int> counter = 0;
   std::error_code code;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
@@ -54,11 +57,12 @@ void WriteFileWith(const fs::path& path, const std::function<void(const fs::path
                                                               counter++, path.extension().string());
   try {
     write(temporary);
-    // Without this a crash of the machine can leave the final name on an empty file.
-    const int descriptor = open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor >= 0) {
-      fdatasync(descriptor);
-      close(descriptor);
+    if (sync == Sync::kYes) {
+      const int descriptor = open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
+      if (descriptor >= 0) {
+        fdatasync(descriptor);
+        close(descriptor);
+      }
     }
     fs::rename(temporary, path);
   } catch (const fs::filesystem_error& error) {

@@ -5,6 +5,7 @@
 
 #include <csetjmp>
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <string>
 
@@ -93,6 +94,15 @@ ImageInfo ReadImageInfo(const fs::path& path) {
     return {image.width(), image.height(), 3};
   }
   throw FileError(path, "is neither PNG nor JPEG");
+}
+
+bool LooksWholePng(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  char begin[8], end[8];
+  if (!in.read(begin, sizeof(begin)) || !IsPng({begin, sizeof(begin)})) return false;
+  // The last chunk, IEND, is empty: its length, name and checksum are the last twelve bytes.
+  in.seekg(-static_cast<std::streamoff>(sizeof(end)), std::ios::end);
+  return in.read(end, sizeof(end)) && std::string_view(end, sizeof(end)) == "IEND\xae\x42\x60\x82";
 }
 
 ImageU8 ReadImage(const fs::path& path, int channels) {

@@ -18,6 +18,10 @@ struct ImageInfo {
 // Reads the header only. Throws Error when the file is no PNG or JPEG.
 ImageInfo ReadImageInfo(const std::filesystem::path& path);
 
+// Whether a file begins and ends as a PNG does; false when it is absent. What an interrupted copy or a crash of the
+// machine leaves behind does not, and nothing is decoded to know it.
+bool LooksWholePng(const std::filesystem::path& path);
+
 // Reads an 8-bit image (16-bit ones are reduced) with `channels` 1 (luma for colour files), 3 or 4 channels whatever
 // the file stores. The format is told by the content, not by the name. Throws Error, naming the file, for anything
 // that is not a whole PNG or JPEG, and before memory is allocated for sizes over 32,768 x 32,768.
