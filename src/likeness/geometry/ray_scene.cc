@@ -50,6 +50,17 @@ void FillPacket(std::span<const Ray> rays, int* valid, RTCRay16* packet) {
   }
 }
 
+// Bit i is set when lane i is valid and occluded.
+uint32_t OccludedLanes(RTCScene scene, const int* valid, RTCRay16* packet) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &context, packet);
+  uint32_t occluded = 0;
+  for (size_t i = 0; i < kPacket; ++i) occluded |= (valid[i] != 0 && packet->tfar[i] < 0 ? 1u : 0u) << i;
+  return occluded;
+}
+
 }  // namespace
 
 struct RayScene::Impl {
@@ -153,16 +164,31 @@ void RayScene::Intersect16(std::span<const Ray> rays, std::span<RayHit> hits) co
 
 uint32_t RayScene::Occluded16(std::span<const Ray> rays) const {
   LIKENESS_CHECK(rays.size() <= kPacket);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   alignas(64) int valid[kPacket] = {};
   RTCRay16 query = {};
   FillPacket(rays, valid, &query);
-  rtcOccluded16(valid, impl_->scene, &context, &query);
-  uint32_t occluded = 0;
-  for (size_t i = 0; i < rays.size(); ++i) occluded |= (query.tfar[i] < 0 ? 1u : 0u) << i;
-  return occluded;
+  return OccludedLanes(impl_->scene, valid, &query);
+}
+
+uint32_t RayScene::Occluded16(const RayPacket16& rays, uint32_t active) const {
+  alignas(64) int valid[kPacket];
+  RTCRay16 query;
+  const auto copy = [](float(&to)[kPacket], const float(&from)[kPacket]) { std::memcpy(to, from, sizeof(to)); };
+  copy(query.org_x, rays.origin_x);
+  copy(query.org_y, rays.origin_y);
+  copy(query.org_z, rays.origin_z);
+  copy(query.dir_x, rays.direction_x);
+  copy(query.dir_y, rays.direction_y);
+  copy(query.dir_z, rays.direction_z);
+  copy(query.tnear, rays.t_min);
+  copy(query.tfar, rays.t_max);
+  for (size_t i = 0; i < kPacket; ++i) {
+    valid[i] = (active >> i & 1) != 0 ? -1 : 0;
+    query.time[i] = 0;
+    query.mask[i] = ~0u;
+    query.id[i] = query.flags[i] = 0;
+  }
+  return OccludedLanes(impl_->scene, valid, &query);
 }
 
 }  // namespace likeness
