@@ -30,7 +30,7 @@ BrowDrawing::BrowDrawing(const HumanRecipe& recipe)
   for (const float side : {1.0f, -1.0f}) {
     Random random(Hash({recipe.seed, 40, side > 0 ? 0u : 1u}));
     const auto uniform = [&](double a, double b) { return static_cast<float>(random.Uniform(a, b)); };
-    const int hairs = static_cast<int>(220 + 420 * fullness);
+    const int hairs = static_cast<int>(420 + 620 * fullness);
     for (int i = 0; i < hairs; ++i) {
       const float t = uniform(0, 1);
       // Half the brow's height: full near the nose, thin at the tail.
@@ -42,7 +42,7 @@ BrowDrawing::BrowDrawing(const HumanRecipe& recipe)
       const float upright = std::numbers::pi_v<float> / 2 * std::max(0.0f, 0.85f - 2.4f * t);
       const float angle = std::atan2(along.y(), along.x()) + upright - 0.4f * across + uniform(-0.22, 0.22);
       const float length = uniform(3.5, 7) * (1 - 0.35f * t);
-      const float width = uniform(0.16, 0.3);
+      const float width = uniform(0.18, 0.34);
       DrawHair({side * root.x(), root.y()}, side > 0 ? angle : std::numbers::pi_v<float> - angle,
                -side * uniform(0.02, 0.09), length, width);
     }
@@ -55,7 +55,7 @@ void BrowDrawing::DrawHair(Vector2f root, float angle, float curl, float length,
   for (int i = 0; i < steps; ++i) {
     const float t = static_cast<float>(i) / static_cast<float>(steps);
     const float radius = std::max(0.5f * width * (1 - t), 0.04f) / kPixel;
-    const float strength = 0.75f * (1 - 0.5f * t);
+    const float strength = 0.95f * (1 - 0.4f * t);
     const float cx = (point.x() + kHalfWidth) / kPixel, cy = (kTop - point.y()) / kPixel;
     for (int y = static_cast<int>(cy - radius - 1); y <= static_cast<int>(cy + radius + 1); ++y) {
       for (int x = static_cast<int>(cx - radius - 1); x <= static_cast<int>(cx + radius + 1); ++x) {

@@ -11,12 +11,14 @@
 #include "likeness/simulate/human/atlas.h"
 #include "likeness/simulate/human/eye.h"
 #include "likeness/simulate/human/eye_paint.h"
+#include "likeness/simulate/human/hair.h"
 #include "likeness/simulate/human/identity.h"
 #include "likeness/simulate/human/lashes.h"
 #include "likeness/simulate/human/linear_shapes.h"
 #include "likeness/simulate/human/pigment.h"
 #include "likeness/simulate/human/skin.h"
 #include "likeness/simulate/human/skin_regions.h"
+#include "likeness/simulate/human/teeth.h"
 #include "likeness/simulate/human/tracked_mesh.h"
 
 namespace likeness {
@@ -47,6 +49,7 @@ class HumanHead : public Head {
   std::array<std::vector<int>, 2> near_eyes_;  // fine vertices that must stay outside of the eye
   EyeMesh eyeball_[2], cornea_[2];
   Lashes lashes_[2];
+  HairShells hair_;
   TrackedMesh tracked_;
 };
 
@@ -189,35 +192,49 @@ HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe
   append(base.mouth);
   const size_t skin_quads = quads.size();
   const size_t first_socket[2] = {append(base.sockets[0]), append(base.sockets[1])};
-  const size_t first_upper_teeth = append(base.upper_teeth), first_lower_teeth = append(base.lower_teeth);
   const size_t first_tongue = append(base.tongue);
   const Subdivision fine = Subdivide(quads, static_cast<int>(base.vertices.rows()));
   tracked_ = BuildTrackedMesh(base, atlas, fine);
-  const Stencil stencil = CatmullClark(fine);
-  fine_ = LinearShapes(stencil, identity.vertices, targets);
   for (const Quad& q : fine.quads) {
     fine_triangles_.emplace_back(q[0], q[1], q[2]);
     fine_triangles_.emplace_back(q[0], q[2], q[3]);
   }
+  // Teeth and gums come after the subdivided vertices.
+  std::vector<Stencil> stencils = {CatmullClark(fine)};
+  std::vector<FinePart> jaw_parts;
+  int fine_count = fine.fine_count;
+  const auto append_jaw = [&](const char* name, const JawMesh& mesh, const QuadPart& helper, Material material) {
+    FinePart part{{name, mesh.topology, std::move(material)}, {}};
+    for (int i = 0; i < mesh.topology.vertex_count; ++i) part.fine_vertices.push_back(fine_count + i);
+    for (const Eigen::Vector3i& t : mesh.topology.triangles) fine_triangles_.emplace_back(t.array() + fine_count);
+    stencils.push_back(FollowAffinely(mesh.vertices, base.vertices, UsedVertices(helper.quads)));
+    fine_count += mesh.topology.vertex_count;
+    jaw_parts.push_back(std::move(part));
+  };
+  append_jaw("upper teeth", MakeTeeth(Jaw::kUpper), base.upper_teeth, TeethMaterial(recipe));
+  append_jaw("upper gums", MakeGums(Jaw::kUpper), base.upper_teeth, GumMaterial(recipe));
+  append_jaw("lower teeth", MakeTeeth(Jaw::kLower), base.lower_teeth, TeethMaterial(recipe));
+  append_jaw("lower gums", MakeGums(Jaw::kLower), base.lower_teeth, GumMaterial(recipe));
+  const Stencil stencil = Stack(stencils);
+  fine_ = LinearShapes(stencil, identity.vertices, targets);
 
   std::vector<Quad> skin_uvs = atlas.face;
   skin_uvs.insert(skin_uvs.end(), atlas.mouth.begin(), atlas.mouth.end());
   const Subdivision uv_subdivision = Subdivide(skin_uvs, static_cast<int>(atlas.uvs.size()));
   std::vector<FinePart> parts;
   parts.push_back(MakePart("skin", fine, 0, skin_quads, uv_subdivision, SubdivideUvs(uv_subdivision, atlas.uvs)));
-  parts.back().surface.material = PaintSkin(MakeSheet(base, fine_.rest(), stencil * base.vertices, atlas, parts.back()),
-                                            ReadSkinMasks(data_folder), recipe);
+  const SkinSheet sheet = MakeSheet(base, fine_.rest(), stencil * base.vertices, atlas, parts.back());
+  parts.back().surface.material = PaintSkin(sheet, ReadSkinMasks(data_folder), recipe);
+  hair_ = HairShells(parts.back().fine_vertices, parts.back().surface.topology.triangles, sheet.points, sheet.average,
+                     recipe);
   for (const int side : {kLeft, kRight}) {
     parts.push_back(MakeHelperPart(side == kLeft ? "left lid inside" : "right lid inside", base.sockets[side], fine,
                                    first_socket[side]));
     parts.back().surface.material.albedo = Plain(190, 110, 100);
   }
-  parts.push_back(MakeHelperPart("upper teeth", base.upper_teeth, fine, first_upper_teeth));
-  parts.back().surface.material.albedo = Plain(230, 222, 205);
-  parts.push_back(MakeHelperPart("lower teeth", base.lower_teeth, fine, first_lower_teeth));
-  parts.back().surface.material.albedo = Plain(230, 222, 205);
+  for (FinePart& part : jaw_parts) parts.push_back(std::move(part));
   parts.push_back(MakeHelperPart("tongue", base.tongue, fine, first_tongue));
-  parts.back().surface.material.albedo = Plain(190, 100, 95);
+  parts.back().surface.material = TongueMaterial(recipe);
   for (FinePart& part : parts) {
     surfaces_.push_back(std::move(part.surface));
     fine_vertices_.push_back(std::move(part.fine_vertices));
@@ -240,6 +257,9 @@ HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe
     }
     std::sort(near_eyes_[side].begin(), near_eyes_[side].end());
     near_eyes_[side].erase(std::unique(near_eyes_[side].begin(), near_eyes_[side].end()), near_eyes_[side].end());
+  }
+  for (int shell = 0; shell < kHairShells; ++shell) {
+    surfaces_.push_back({fmt::format("hair {}", shell + 1), hair_.topology(), hair_.material(shell)});
   }
 }
 
@@ -271,11 +291,11 @@ PosedHead HumanHead::Pose(std::span<const float, kExpressionCount> weights) cons
     posed.surfaces.push_back(gather(fine, rows));
     posed.normals.push_back(gather(normals, rows));
   }
+  const auto append = [&](Vertices positions, const MeshTopology& topology) {
+    posed.normals.push_back(VertexNormals(positions, topology.triangles));
+    posed.surfaces.push_back(std::move(positions));
+  };
   for (const int side : {kLeft, kRight}) {
-    const auto append = [&](Vertices positions, const MeshTopology& topology) {
-      posed.normals.push_back(VertexNormals(positions, topology.triangles));
-      posed.surfaces.push_back(std::move(positions));
-    };
     for (const EyeMesh* mesh : {&eyeball_[side], &cornea_[side]}) {
       Vertices turned = mesh->vertices * gaze[side].transpose();
       turned.rowwise() += eyes_[side].centre.transpose();
@@ -283,6 +303,7 @@ PosedHead HumanHead::Pose(std::span<const float, kExpressionCount> weights) cons
     }
     append(lashes_[side].Positions(fine, eyes_[side]), lashes_[side].topology());
   }
+  for (int shell = 0; shell < kHairShells; ++shell) append(hair_.Positions(shell, fine, normals), hair_.topology());
   posed.tracked = tracked_.Positions(fine, eyes_);
   return posed;
 }

@@ -6,9 +6,9 @@
 namespace likeness {
 
 Eigen::Vector3f SkinColour(float melanin, float haemoglobin) {
-  const Eigen::Array3f dermis(0.88f, 0.76f, 0.66f);
-  const Eigen::Array3f blood(0.14f, 0.80f, 0.70f);
-  const Eigen::Array3f pigment(1.85f, 2.35f, 3.05f);
+  const Eigen::Array3f dermis(0.89f, 0.77f, 0.63f);
+  const Eigen::Array3f blood(0.12f, 0.72f, 0.74f);
+  const Eigen::Array3f pigment(1.80f, 2.35f, 3.35f);
   // The visible steps between skin types are even in a power of the concentration.
   const float optical = std::pow(std::max(melanin, 0.0f), 1.4f);
   return dermis * (-haemoglobin * blood - optical * pigment).exp();
@@ -19,7 +19,7 @@ Eigen::Vector3f HairColour(float melanin, float redness, float grey) {
   const Eigen::Array3f coloured =
       0.62f *
       (-(0.25f + 1.45f * melanin * melanin) * eumelanin - 0.5f * redness * (1.1f - melanin) * pheomelanin).exp();
-  return coloured + grey * (Eigen::Array3f(0.42f, 0.41f, 0.40f) - coloured);
+  return coloured + grey * (Eigen::Array3f(0.34f, 0.33f, 0.32f) - coloured);
 }
 
 uint8_t EncodeSrgb(float linear) {

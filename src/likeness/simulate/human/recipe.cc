@@ -120,6 +120,7 @@ void VisitFractions(Recipe& r, const Visit& visit) {
   visit("hair_redness", r.hair_redness);
   visit("grey", r.grey);
   visit("scalp_hair", r.scalp_hair);
+  visit("hair_length", r.hair_length);
   visit("hairline", r.hairline);
   visit("brows", r.brows);
   visit("stubble", r.stubble);
@@ -214,6 +215,7 @@ HumanRecipe RecipeFromSeed(uint64_t seed) {
   r.hair_redness = hair.Uniform(0, r.caucasian > 0.5 ? 0.8 : 0.3);
   r.grey = std::clamp((r.age - 0.25) * hair.Uniform(0.5, 2.5), 0.0, 1.0);
   r.scalp_hair = is_male ? hair.Uniform(0.5, 1) : hair.Uniform(0.85, 1);
+  r.hair_length = hair.Uniform(0.15, 1);
   r.hairline = is_male ? std::clamp(hair.Uniform(0.1, 0.5) + 0.5 * r.age, 0.0, 1.0) : hair.Uniform(0, 0.25);
   r.brows = is_male ? hair.Uniform(0.55, 1) : hair.Uniform(0.35, 0.7);
   r.stubble = is_male ? hair.Uniform(0.1, 0.9) : 0;

@@ -37,9 +37,10 @@ struct HumanRecipe {
   double hair_melanin = 0.7;  // 0 light blond ... 1 black
   double hair_redness = 0.2;  // 0 ash ... 1 ginger
   double grey = 0;
-  double scalp_hair = 0.9;  // 0 shaved ... 1 dense cropped
-  double hairline = 0.3;    // 0 low ... 1 receding
-  double brows = 0.6;       // how dense and wide
+  double scalp_hair = 0.9;   // 0 shaved ... 1 dense cropped
+  double hair_length = 0.4;  // 0 about a millimetre ... 1 about six
+  double hairline = 0.3;     // 0 low ... 1 receding
+  double brows = 0.6;        // how dense and wide
   double stubble = 0;
 
   // Iris: 0 blue ... 0.5 green and hazel ... 1 dark brown.

@@ -197,7 +197,7 @@ Paint SkinPainter::At(const Spot& spot) const {
   // Hair: brows, stubble and the scalp.
   const float brow = brows_.Coverage(FrontalCoordinates(average)) * SmoothStep(-25, -10, average.z());
   if (brow > 0) {
-    paint.albedo += brow * (0.75f * hair_ - paint.albedo);
+    paint.albedo += std::min(1.25f * brow, 0.97f) * (0.6f * hair_ - paint.albedo);
     paint.height += 0.25f * brow;
     paint.specular *= 1 - 0.5f * brow;
   }
@@ -214,14 +214,14 @@ Paint SkinPainter::At(const Spot& spot) const {
       paint.roughness += 0.08f * growth;
     }
   }
+  const float hairline = ScalpWeight(average, static_cast<float>(r.hairline)) * (1 - ears);
   const float ragged = 0.35f * FractalNoise(p / 3.5f, 3, seed_ + 90);
-  const float scalp =
-      std::clamp(ScalpWeight(average, static_cast<float>(r.hairline)) * 1.3f + ragged - 0.15f, 0.0f, 1.0f) *
-      ScalpWeight(average, static_cast<float>(r.hairline)) * (1 - ears);
+  const float scalp = hairline * std::clamp(1.3f * hairline + ragged - 0.15f, 0.0f, 1.0f);
   if (scalp > 0) {
+    // What is seen between the hairs of hair.h: roots in their own shade.
     const float strands = 0.5f + 0.5f * FractalNoise(Vector3f(p.x() / 0.9f, p.y() / 2.2f, p.z() / 1.3f), 2, seed_ + 91);
-    const float cover = static_cast<float>(r.scalp_hair) * scalp * (0.8f + 0.35f * (strands - 0.5f));
-    paint.albedo += std::min(cover, 0.97f) * ((0.7f + 0.6f * strands) * hair_ - paint.albedo);
+    const float cover = std::min(0.97f, static_cast<float>(r.scalp_hair) * scalp * (0.85f + 0.3f * (strands - 0.5f)));
+    paint.albedo += cover * ((0.35f + 0.35f * strands) * hair_ - paint.albedo);
     paint.height += 0.2f * scalp * strands;
     paint.roughness += scalp * (0.65f - paint.roughness);
     paint.specular *= 1 - 0.45f * scalp;

@@ -64,8 +64,8 @@ float ScalpWeight(const Vector3f& p, float hairline) {
     float azimuth, low, receding;
   };
   constexpr Knot kKnots[] = {{0, 39, 50},     {20, 39, 56},    {34, 37, 58},    {46, 25, 42},
-                             {58, 12, 22},    {68, -6, -2},    {80, -24, -20},  {92, -22, -20},
-                             {104, -12, -12}, {122, -18, -18}, {135, -34, -34}, {180, -40, -40}};
+                             {58, 12, 22},    {68, -6, -2},    {80, -24, -20},  {98, -26, -24},
+                             {108, -34, -34}, {120, -40, -40}, {140, -44, -44}, {180, -47, -47}};
   float edge = kKnots[0].low;
   for (size_t i = 1; i < std::size(kKnots); ++i) {
     const Knot &a = kKnots[i - 1], &b = kKnots[i];
@@ -73,7 +73,9 @@ float ScalpWeight(const Vector3f& p, float hairline) {
     const float t = SmoothStep(a.azimuth, b.azimuth, azimuth);
     edge = (1 - t) * (a.low + (a.receding - a.low) * hairline) + t * (b.low + (b.receding - b.low) * hairline);
   }
-  return SmoothStep(edge - 3, edge + 6, elevation);
+  edge += 2.5f * FractalNoise(p / 8, 2, 15);
+  const Vector3f from_ear((std::abs(p.x()) - 83) / 11, (p.y() + 18) / 31, (p.z() + 73) / 22);
+  return SmoothStep(edge - 3, edge + 6, elevation) * SmoothStep(0.9f, 1.15f, from_ear.norm());
 }
 
 float WrinkleHeight(const Vector3f& p) {

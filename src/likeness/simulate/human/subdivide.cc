@@ -130,4 +130,21 @@ std::vector<Eigen::Vector2f> SubdivideUvs(const Subdivision& s, const std::vecto
   return fine;
 }
 
+Stencil Stack(const std::vector<Stencil>& stencils) {
+  std::vector<Eigen::Triplet<float>> triplets;
+  int rows = 0;
+  for (const Stencil& stencil : stencils) {
+    LIKENESS_CHECK(stencil.cols() == stencils[0].cols());
+    for (int r = 0; r < stencil.rows(); ++r) {
+      for (Stencil::InnerIterator it(stencil, r); it; ++it) {
+        triplets.emplace_back(rows + r, static_cast<int>(it.col()), it.value());
+      }
+    }
+    rows += static_cast<int>(stencil.rows());
+  }
+  Stencil stacked(rows, stencils.at(0).cols());
+  stacked.setFromTriplets(triplets.begin(), triplets.end());
+  return stacked;
+}
+
 }  // namespace likeness

@@ -36,4 +36,7 @@ Stencil CatmullClark(const Subdivision& subdivision);
 // The same connectivity without smoothing (edge midpoints, quad centres): for texture coordinates.
 std::vector<Eigen::Vector2f> SubdivideUvs(const Subdivision& subdivision, const std::vector<Eigen::Vector2f>& uvs);
 
+// Matrices of equal width on top of each other.
+Stencil Stack(const std::vector<Stencil>& stencils);
+
 }  // namespace likeness
