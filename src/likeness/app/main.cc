@@ -27,6 +27,10 @@ const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
     {"inspect", RunInspect, "says what a capture or an avatar is, and draws a capture's contact sheet"},
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
+#ifdef LIKENESS_TRAIN
+    {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
+    {"render", RunRender, "draws a decoded frame of an avatar"},
+#endif
 };
 
 void PrintHelp() {

@@ -9,5 +9,7 @@ using Verb = int (*)(int argc, const char* const* argv);
 int RunSimulate(int argc, const char* const* argv);
 int RunInspect(int argc, const char* const* argv);
 int RunUnwrap(int argc, const char* const* argv);
+int RunEvaluate(int argc, const char* const* argv);
+int RunRender(int argc, const char* const* argv);
 
 }  // namespace likeness
