@@ -22,10 +22,13 @@ struct VerbEntry {
   const char* summary;
 };
 
+// In the order of the pipeline.
 const std::vector<VerbEntry> kVerbs = {
-    {"unwrap", RunUnwrap, "turn camera images into textures, their averages and statistics"},
+    {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
+    {"inspect", RunInspect, "says what a capture or an avatar is, and draws a capture's contact sheet"},
+    {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
-    {"train", RunTrain, "train an avatar on unwrapped textures"},
+    {"train", RunTrain, "trains an avatar on unwrapped textures"},
 #endif
 };
 

@@ -1,0 +1,37 @@
+// Eyeballs: a sclera with a flat iris behind a corneal bulge, turned by the eyeLook weights.
+
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "likeness/geometry/mesh.h"
+#include "likeness/simulate/head.h"
+#include "likeness/simulate/human/base_mesh.h"
+
+namespace likeness {
+
+// All lengths as fractions of the sclera's radius, after the mean adult eye (radius 12 mm, cornea 7.8 mm, limbus
+// 5.9 mm).
+inline constexpr float kLimbus = 0.49f;        // radius of the border between iris and sclera
+inline constexpr float kCorneaRadius = 0.65f;  // of the sphere that the cornea is a part of
+inline constexpr float kIrisInUv = 0.25f;  // radius of the limbus in the eyeball's texture, whose centre is the pupil
+
+struct EyeMesh {
+  MeshTopology topology;
+  Vertices vertices;  // about the eye's centre, the gaze along z
+};
+
+// Sclera and iris; only the front 120 degrees are needed.
+EyeMesh MakeEyeball(float radius);
+// The clear cornea and the film of tears over the front of the sclera, just outside of the eyeball.
+EyeMesh MakeCornea(float radius);
+
+// How far the eye reaches from its centre in a direction at `cosine` = cos(angle to the gaze), as a multiple of its
+// radius: 1 on the sclera, more on the cornea.
+float EyeReach(float cosine);
+
+// The rotation of one eye for expression weights: 30 degrees outwards and inwards, 25 up, 30 down at weight 1.
+Eigen::Matrix3f GazeRotation(Side side, std::span<const float, kExpressionCount> weights);
+
+}  // namespace likeness

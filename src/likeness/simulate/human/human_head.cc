@@ -1,0 +1,221 @@
+#include "likeness/simulate/human/human_head.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "likeness/base/error.h"
+#include "likeness/base/parallel.h"
+#include "likeness/simulate/human/atlas.h"
+#include "likeness/simulate/human/eye.h"
+#include "likeness/simulate/human/identity.h"
+#include "likeness/simulate/human/linear_shapes.h"
+#include "likeness/simulate/human/tracked_mesh.h"
+
+namespace likeness {
+namespace {
+
+// Triangles of some of the subdivided quads as a surface of its own, and where its vertices stand among the fine ones.
+struct FinePart {
+  Surface surface;
+  std::vector<int> fine_vertices;
+};
+
+class HumanHead : public Head {
+ public:
+  HumanHead(const std::filesystem::path& data_folder, const HumanRecipe& recipe);
+
+  const std::string& name() const override { return name_; }
+  const std::vector<Surface>& surfaces() const override { return surfaces_; }
+  const MeshTopology& tracked_topology() const override { return tracked_.topology; }
+  PosedHead Pose(std::span<const float, kExpressionCount> weights) const override;
+
+ private:
+  std::string name_;
+  std::vector<Surface> surfaces_;
+  std::vector<std::vector<int>> fine_vertices_;  // of the first surfaces; the others are eyes
+  std::vector<Eigen::Vector3i> fine_triangles_;  // all that move linearly, for normals across surfaces
+  LinearShapes fine_;
+  std::array<EyeFit, 2> eyes_;
+  std::array<std::vector<int>, 2> near_eyes_;  // fine vertices that must stay outside of the eye
+  EyeMesh eyeball_[2], cornea_[2];
+  TrackedMesh tracked_;
+};
+
+FinePart MakePart(std::string name, const Subdivision& fine, size_t first_quad, size_t quad_count,
+                  const Subdivision& uvs, const std::vector<Eigen::Vector2f>& fine_uvs) {
+  FinePart part;
+  part.surface.name = std::move(name);
+  MeshTopology& topology = part.surface.topology;
+  std::map<int, int> index;
+  const auto local = [&](int v) {
+    const auto [it, added] = index.try_emplace(v, static_cast<int>(part.fine_vertices.size()));
+    if (added) part.fine_vertices.push_back(v);
+    return it->second;
+  };
+  for (size_t child = 0; child < 4 * quad_count; ++child) {
+    const Quad& q = fine.quads[4 * first_quad + child];
+    const Quad& t = uvs.quads[child];
+    const Quad v = {local(q[0]), local(q[1]), local(q[2]), local(q[3])};
+    topology.triangles.emplace_back(v[0], v[1], v[2]);
+    topology.triangles.emplace_back(v[0], v[2], v[3]);
+    topology.triangle_uvs.emplace_back(t[0], t[1], t[2]);
+    topology.triangle_uvs.emplace_back(t[0], t[2], t[3]);
+  }
+  topology.uvs = fine_uvs;
+  topology.vertex_count = static_cast<int>(part.fine_vertices.size());
+  topology.Check(part.surface.name);
+  return part;
+}
+
+// Helper meshes keep MakeHuman's own uvs, each stretched over its texture.
+FinePart MakeHelperPart(const std::string& name, const QuadPart& part, const Subdivision& fine, size_t first_quad) {
+  Eigen::AlignedBox2f box;
+  std::map<std::pair<float, float>, int> index;
+  std::vector<Eigen::Vector2f> uvs;
+  std::vector<Quad> quads;
+  for (const auto& corners : part.uvs) {
+    Quad quad;
+    for (int k = 0; k < 4; ++k) {
+      const auto [it, added] = index.try_emplace({corners[k].x(), corners[k].y()}, static_cast<int>(uvs.size()));
+      if (added) uvs.push_back(corners[k]);
+      box.extend(corners[k]);
+      quad[k] = it->second;
+    }
+    quads.push_back(quad);
+  }
+  for (Eigen::Vector2f& uv : uvs)
+    uv = (uv - box.min()).cwiseQuotient(box.sizes()) * 0.98f + Eigen::Vector2f(0.01f, 0.01f);
+  const Subdivision subdivided = Subdivide(quads, static_cast<int>(uvs.size()));
+  return MakePart(name, fine, first_quad, part.quads.size(), subdivided, SubdivideUvs(subdivided, uvs));
+}
+
+ImageU8 Plain(uint8_t r, uint8_t g, uint8_t b) {
+  ImageU8 image(1, 1, 3);
+  image.at(0, 0)[0] = r, image.at(0, 0)[1] = g, image.at(0, 0)[2] = b;
+  return image;
+}
+
+HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe& recipe) : name_(recipe.name) {
+  recipe.Check(recipe.name);
+  const BaseMesh base = ReadBaseMesh(data_folder);
+  const Identity identity = ShapeIdentity(base, data_folder, recipe);
+  const std::vector<Target> targets = ReadExpressionTargets(data_folder, static_cast<int>(base.vertices.rows()));
+  const HeadAtlas atlas = BuildAtlas(base);
+  eyes_ = identity.eyes;
+
+  // One subdivision of all that moves linearly.
+  std::vector<Quad> quads;
+  const auto append = [&](const QuadPart& part) {
+    const size_t first = quads.size();
+    quads.insert(quads.end(), part.quads.begin(), part.quads.end());
+    return first;
+  };
+  append(base.face);
+  append(base.mouth);
+  const size_t skin_quads = quads.size();
+  const size_t first_socket[2] = {append(base.sockets[0]), append(base.sockets[1])};
+  const size_t first_upper_teeth = append(base.upper_teeth), first_lower_teeth = append(base.lower_teeth);
+  const size_t first_tongue = append(base.tongue);
+  const Subdivision fine = Subdivide(quads, static_cast<int>(base.vertices.rows()));
+  tracked_ = BuildTrackedMesh(base, atlas, fine);
+  fine_ = LinearShapes(CatmullClark(fine), identity.vertices, targets);
+  for (const Quad& q : fine.quads) {
+    fine_triangles_.emplace_back(q[0], q[1], q[2]);
+    fine_triangles_.emplace_back(q[0], q[2], q[3]);
+  }
+
+  std::vector<Quad> skin_uvs = atlas.face;
+  skin_uvs.insert(skin_uvs.end(), atlas.mouth.begin(), atlas.mouth.end());
+  const Subdivision uv_subdivision = Subdivide(skin_uvs, static_cast<int>(atlas.uvs.size()));
+  std::vector<FinePart> parts;
+  parts.push_back(MakePart("skin", fine, 0, skin_quads, uv_subdivision, SubdivideUvs(uv_subdivision, atlas.uvs)));
+  parts.back().surface.material.albedo = Plain(200, 150, 130);
+  for (const int side : {kLeft, kRight}) {
+    parts.push_back(MakeHelperPart(side == kLeft ? "left lid inside" : "right lid inside", base.sockets[side], fine,
+                                   first_socket[side]));
+    parts.back().surface.material.albedo = Plain(190, 110, 100);
+  }
+  parts.push_back(MakeHelperPart("upper teeth", base.upper_teeth, fine, first_upper_teeth));
+  parts.back().surface.material.albedo = Plain(230, 222, 205);
+  parts.push_back(MakeHelperPart("lower teeth", base.lower_teeth, fine, first_lower_teeth));
+  parts.back().surface.material.albedo = Plain(230, 222, 205);
+  parts.push_back(MakeHelperPart("tongue", base.tongue, fine, first_tongue));
+  parts.back().surface.material.albedo = Plain(190, 100, 95);
+  for (FinePart& part : parts) {
+    surfaces_.push_back(std::move(part.surface));
+    fine_vertices_.push_back(std::move(part.fine_vertices));
+  }
+
+  for (const int side : {kLeft, kRight}) {
+    const std::string which = side == kLeft ? "left " : "right ";
+    eyeball_[side] = MakeEyeball(eyes_[side].radius);
+    cornea_[side] = MakeCornea(eyes_[side].radius);
+    surfaces_.push_back({which + "eye", eyeball_[side].topology, {}});
+    surfaces_.back().material.albedo = Plain(235, 230, 225);
+    surfaces_.push_back({which + "cornea", cornea_[side].topology, {}});
+    Material& cornea = surfaces_.back().material;
+    cornea.albedo = Plain(0, 0, 0);
+    cornea.transparent = true;
+    cornea.coat = 1;
+    cornea.casts_shadow = false;
+    for (const Quad& quad : fine.quads) {
+      for (const int v : quad) {
+        const Eigen::Vector3f p = fine_.rest().row(v);
+        if ((p - eyes_[side].centre).norm() < 1.6f * eyes_[side].radius) near_eyes_[side].push_back(v);
+      }
+    }
+    std::sort(near_eyes_[side].begin(), near_eyes_[side].end());
+    near_eyes_[side].erase(std::unique(near_eyes_[side].begin(), near_eyes_[side].end()), near_eyes_[side].end());
+  }
+}
+
+PosedHead HumanHead::Pose(std::span<const float, kExpressionCount> weights) const {
+  PosedHead posed;
+  Vertices fine = fine_.Pose(weights);
+  Eigen::Matrix3f gaze[2];
+  for (const int side : {kLeft, kRight}) {
+    gaze[side] = GazeRotation(static_cast<Side>(side), weights);
+    // Lids slide over the eye.
+    constexpr float kLidClearance = 0.25f;  // mm
+    const EyeFit& eye = eyes_[side];
+    const Eigen::Vector3f axis = gaze[side].col(2);
+    for (const int v : near_eyes_[side]) {
+      const Eigen::Vector3f d = Eigen::Vector3f(fine.row(v)) - eye.centre;
+      const float distance = d.norm();
+      if (distance <= 0) continue;
+      const float least = eye.radius * EyeReach(d.dot(axis) / distance) + kLidClearance;
+      if (distance < least) fine.row(v) = (eye.centre + d * (least / distance)).transpose();
+    }
+  }
+  const Vertices normals = VertexNormals(fine, fine_triangles_);
+  const auto gather = [](const Vertices& all, const std::vector<int>& rows) {
+    Vertices some(static_cast<Eigen::Index>(rows.size()), 3);
+    for (size_t i = 0; i < rows.size(); ++i) some.row(static_cast<Eigen::Index>(i)) = all.row(rows[i]);
+    return some;
+  };
+  for (const std::vector<int>& rows : fine_vertices_) {
+    posed.surfaces.push_back(gather(fine, rows));
+    posed.normals.push_back(gather(normals, rows));
+  }
+  for (const int side : {kLeft, kRight}) {
+    for (const EyeMesh* mesh : {&eyeball_[side], &cornea_[side]}) {
+      Vertices turned = mesh->vertices * gaze[side].transpose();
+      turned.rowwise() += eyes_[side].centre.transpose();
+      posed.normals.push_back(VertexNormals(turned, mesh->topology.triangles));
+      posed.surfaces.push_back(std::move(turned));
+    }
+  }
+  posed.tracked = tracked_.Positions(fine, eyes_);
+  return posed;
+}
+
+}  // namespace
+
+std::unique_ptr<Head> MakeHumanHead(const std::filesystem::path& data_folder, const HumanRecipe& recipe) {
+  return std::make_unique<HumanHead>(data_folder, recipe);
+}
+
+}  // namespace likeness
