@@ -30,6 +30,7 @@ const std::vector<VerbEntry> kVerbs = {
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
 #endif
+    {"bench", RunBench, "measures the speed of one part"},
 };
 
 void PrintHelp() {

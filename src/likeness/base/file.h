@@ -16,6 +16,9 @@ namespace likeness {
 // Reads a whole file. Throws Error when it is absent, is no regular file, or is larger than `most` bytes.
 std::string ReadFile(const std::filesystem::path& path, uint64_t most = uint64_t{1} << 32);
 
+// The first `count` bytes of a file, or all of it when it is shorter.
+std::string ReadFileStart(const std::filesystem::path& path, size_t count);
+
 // Whether the bytes must be on disk before a file gets its final name. That takes milliseconds a file, so files that
 // come by the thousand and can be made again do without; a crash of the machine (not of the program) may empty them.
 enum class Sync { kYes, kNo };

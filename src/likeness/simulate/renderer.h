@@ -27,8 +27,9 @@ struct HeadPicture {
   ImageU8 mask;  // 1 channel: 255 where the head covers at least half of the pixel, else 0
 };
 
-// What can be prepared once for all frames. Pictures depend on nothing but the arguments: not on threads, not on
-// earlier calls.
+// Each sample of a pixel finds its surface, colour and relief; the lights are added up once for the samples that share
+// a surface, with their mean relief. What can be prepared is prepared once for all frames. Pictures depend on nothing
+// but the arguments: not on threads, not on earlier calls.
 class HeadRenderer {
  public:
   // `head` is borrowed.
@@ -43,11 +44,12 @@ class HeadRenderer {
   HeadPicture Render(const LitHead& lit, const Camera& camera) const;
 
  private:
-  struct Sample;
-  struct Hit;
+  struct Fragment;
 
-  Sample Trace(const LitHead& lit, Ray ray) const;
-  Eigen::Vector3f Shade(const LitHead& lit, const Hit& hit) const;
+  float Trace(const LitHead& lit, Ray ray, RayHit found, float share, std::vector<Fragment>* fragments) const;
+  Fragment MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const;
+  Eigen::Vector3f Shade(const LitHead& lit, const Fragment& fragment) const;
+  Eigen::Vector3f Resolve(const LitHead& lit, const std::vector<Fragment>& fragments) const;
 
   const Head& head_;
   LightTable lights_;

@@ -39,6 +39,12 @@ bool Locate(float x_px, float y_px, int width, int height, Footprint* footprint)
   return true;
 }
 
+// Neighbouring texels can lie on rows of pixels that are kilobytes apart.
+void Prefetch(const ImageU8& image, const Footprint& f) {
+  __builtin_prefetch(image.at(f.x, f.y));
+  __builtin_prefetch(image.at(f.x, f.y + 1));
+}
+
 bool IsHead(const ImageU8& mask, const Footprint& f) {
   const uint8_t* upper = mask.at(f.x, f.y);
   const uint8_t* lower = mask.at(f.x, f.y + 1);
@@ -74,6 +80,7 @@ FrameUnwrapper::FrameUnwrapper(const MeshTopology& topology, const TexelMap& tex
   for (size_t t = 0; t < normals.size(); ++t) normals[t] = Normal(vertices_in_head, topology.triangles[t]);
 
   float largest_mm = 0;
+  blocks_.reserve(static_cast<size_t>((size_ + 3) / 4) * static_cast<size_t>((size_ + 3) / 4));
   for (int y = 0; y < size_; y += 4) {
     for (int x = 0; x < size_; x += 4) {
       Block block = {};
@@ -89,10 +96,9 @@ FrameUnwrapper::FrameUnwrapper(const MeshTopology& topology, const TexelMap& tex
                                          texel.b1 * vertices_in_head.row(corners[1]) +
                                          texel.b2 * vertices_in_head.row(corners[2]);
         const Eigen::Vector3f& normal = normals[static_cast<size_t>(texel.triangle)];
-        const auto at = static_cast<size_t>(i);
         block.covered |= 1u << i;
-        block.px[at] = point.x(), block.py[at] = point.y(), block.pz[at] = point.z();
-        block.nx[at] = normal.x(), block.ny[at] = normal.y(), block.nz[at] = normal.z();
+        block.px[i] = point.x(), block.py[i] = point.y(), block.pz[i] = point.z();
+        block.nx[i] = normal.x(), block.ny[i] = normal.y(), block.nz[i] = normal.z();
         largest_mm = std::max(largest_mm, point.cwiseAbs().maxCoeff());
       }
       if (block.covered != 0) blocks_.push_back(block);
@@ -104,37 +110,33 @@ FrameUnwrapper::FrameUnwrapper(const MeshTopology& topology, const TexelMap& tex
 }
 
 uint32_t FrameUnwrapper::Facing(const Block& block, const Eigen::Vector3f& centre) const {
-  uint32_t facing = 0;
-  for (size_t i = 0; i < 16; ++i) {
+  const float least = min_cosine_ * min_cosine_;
+  float margin[16];  // negative where the texel faces away, or is seen at too flat an angle
+  for (int i = 0; i < 16; ++i) {
     const float dx = centre.x() - block.px[i], dy = centre.y() - block.py[i], dz = centre.z() - block.pz[i];
     const float dot = dx * block.nx[i] + dy * block.ny[i] + dz * block.nz[i];
-    const bool seen = dot > 0 && dot * dot >= min_cosine_ * min_cosine_ * (dx * dx + dy * dy + dz * dz);
-    facing |= (seen ? 1u : 0u) << i;
+    margin[i] = dot * std::abs(dot) - least * (dx * dx + dy * dy + dz * dz);
   }
+  uint32_t facing = 0;
+  for (int i = 0; i < 16; ++i) facing |= (margin[i] >= 0 ? 1u : 0u) << i;
   return facing & block.covered;
 }
 
 uint32_t FrameUnwrapper::Unoccluded(const Block& block, uint32_t wanted, const Eigen::Vector3f& centre) const {
-  std::array<Ray, 16> rays;
-  std::array<int, 16> lanes;
-  size_t count = 0;
-  for (uint32_t rest = wanted; rest != 0; rest &= rest - 1) {
-    const int lane = std::countr_zero(rest);
-    const auto i = static_cast<size_t>(lane);
-    Ray& ray = rays[count];
-    ray.origin = {block.px[i], block.py[i], block.pz[i]};
-    ray.direction = centre - ray.origin;
-    const float distance_mm = ray.direction.norm();
-    ray.direction /= distance_mm;
-    ray.t_min = clearance_mm_;
-    ray.t_max = distance_mm;
-    lanes[count++] = lane;
+  RayPacket16 rays;
+  std::copy_n(block.px, 16, rays.origin_x);
+  std::copy_n(block.py, 16, rays.origin_y);
+  std::copy_n(block.pz, 16, rays.origin_z);
+  for (int i = 0; i < 16; ++i) {
+    // t runs from 0 at the surface to 1 at the camera.
+    const float dx = centre.x() - block.px[i], dy = centre.y() - block.py[i], dz = centre.z() - block.pz[i];
+    rays.direction_x[i] = dx;
+    rays.direction_y[i] = dy;
+    rays.direction_z[i] = dz;
+    rays.t_min[i] = clearance_mm_ / std::sqrt(dx * dx + dy * dy + dz * dz);
+    rays.t_max[i] = 1;
   }
-  const uint32_t occluded = scene_.Occluded16({rays.data(), count});
-  for (uint32_t rest = occluded; rest != 0; rest &= rest - 1) {
-    wanted &= ~(1u << lanes[static_cast<size_t>(std::countr_zero(rest))]);
-  }
-  return wanted;
+  return wanted & ~scene_.Occluded16(rays, wanted);
 }
 
 ImageU8 FrameUnwrapper::Visibility(const Eigen::Vector3d& camera_centre_in_head) const {
@@ -168,18 +170,23 @@ UnwrappedView FrameUnwrapper::Unwrap(const Camera& camera, const RigidTransform&
   for (const Block& block : blocks_) {
     uint32_t seen = Facing(block, centre);
     for (uint32_t rest = seen; rest != 0; rest &= rest - 1) {
-      const auto i = static_cast<size_t>(std::countr_zero(rest));
+      const int i = std::countr_zero(rest);
       const Eigen::Vector3f p = image_from_head * Eigen::Vector4f(block.px[i], block.py[i], block.pz[i], 1);
-      const bool usable = p.z() > 0 &&
-                          Locate(p.x() / p.z(), p.y() / p.z(), camera.width, camera.height, &footprints[i]) &&
-                          (head_mask == nullptr || IsHead(*head_mask, footprints[i]));
-      if (!usable) seen &= ~(1u << i);
+      Footprint& footprint = footprints[static_cast<size_t>(i)];
+      if (p.z() > 0 && Locate(p.x() / p.z(), p.y() / p.z(), camera.width, camera.height, &footprint)) {
+        Prefetch(image, footprint);
+        if (head_mask != nullptr) Prefetch(*head_mask, footprint);
+      } else {
+        seen &= ~(1u << i);
+      }
     }
-    if (seen != 0) seen = Unoccluded(block, seen, centre);
+    if (seen != 0) seen = Unoccluded(block, seen, centre);  // while the pixels come
     for (; seen != 0; seen &= seen - 1) {
       const int i = std::countr_zero(seen);
+      const Footprint& footprint = footprints[static_cast<size_t>(i)];
+      if (head_mask != nullptr && !IsHead(*head_mask, footprint)) continue;
       const int x = block.x + i % 4, y = block.y + i / 4;
-      Sample(image, footprints[static_cast<size_t>(i)], view.texture.at(x, y));
+      Sample(image, footprint, view.texture.at(x, y));
       *view.mask.at(x, y) = 255;
     }
   }

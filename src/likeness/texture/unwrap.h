@@ -57,10 +57,10 @@ class FrameUnwrapper {
  private:
   // 4 x 4 texels, which share one packet of rays.
   struct Block {
-    int x = 0, y = 0;                  // of its first texel
-    uint32_t covered = 0;              // bit 4 * row + column: a triangle covers this texel
-    std::array<float, 16> px, py, pz;  // surface points, mm, head space
-    std::array<float, 16> nx, ny, nz;  // unit normals of their triangles
+    int x = 0, y = 0;                             // of its first texel
+    uint32_t covered = 0;                         // bit 4 * row + column: a triangle covers this texel
+    float px[16] = {}, py[16] = {}, pz[16] = {};  // surface points, mm, head space
+    float nx[16] = {}, ny[16] = {}, nz[16] = {};  // unit normals of their triangles
   };
 
   uint32_t Facing(const Block& block, const Eigen::Vector3f& centre) const;

@@ -11,10 +11,10 @@
 
 namespace likeness {
 
-// All lengths as fractions of the sclera's radius, after the mean adult eye (radius 12 mm, cornea 7.8 mm, limbus
-// 5.9 mm).
-inline constexpr float kLimbus = 0.49f;        // radius of the border between iris and sclera
-inline constexpr float kCorneaRadius = 0.65f;  // of the sphere that the cornea is a part of
+// Lengths as fractions of the sclera's radius. MakeHuman's eyes are larger than the mean adult's (13.8 mm, not 12 mm),
+// so the iris is made a smaller part of them: its border lies 5.9 mm from the axis, the cornea's radius is 7.9 mm.
+inline constexpr float kLimbus = 0.43f;        // radius of the border between iris and sclera
+inline constexpr float kCorneaRadius = 0.57f;  // of the sphere that the cornea is a part of
 inline constexpr float kIrisInUv = 0.25f;  // radius of the limbus in the eyeball's texture, whose centre is the pupil
 
 struct EyeMesh {

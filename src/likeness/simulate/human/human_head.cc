@@ -10,8 +10,13 @@
 #include "likeness/base/parallel.h"
 #include "likeness/simulate/human/atlas.h"
 #include "likeness/simulate/human/eye.h"
+#include "likeness/simulate/human/eye_paint.h"
 #include "likeness/simulate/human/identity.h"
+#include "likeness/simulate/human/lashes.h"
 #include "likeness/simulate/human/linear_shapes.h"
+#include "likeness/simulate/human/pigment.h"
+#include "likeness/simulate/human/skin.h"
+#include "likeness/simulate/human/skin_regions.h"
 #include "likeness/simulate/human/tracked_mesh.h"
 
 namespace likeness {
@@ -41,6 +46,7 @@ class HumanHead : public Head {
   std::array<EyeFit, 2> eyes_;
   std::array<std::vector<int>, 2> near_eyes_;  // fine vertices that must stay outside of the eye
   EyeMesh eyeball_[2], cornea_[2];
+  Lashes lashes_[2];
   TrackedMesh tracked_;
 };
 
@@ -92,10 +98,76 @@ FinePart MakeHelperPart(const std::string& name, const QuadPart& part, const Sub
   return MakePart(name, fine, first_quad, part.quads.size(), subdivided, SubdivideUvs(subdivided, uvs));
 }
 
+// The skin at rest as a sheet to paint on. The first part of `fine` is the face and the second the mouth.
+SkinSheet MakeSheet(const BaseMesh& base, const Vertices& fine_rest, const Vertices& fine_average,
+                    const HeadAtlas& atlas, const FinePart& skin) {
+  SkinSheet sheet;
+  sheet.topology = &skin.surface.topology;
+  const auto count = static_cast<Eigen::Index>(skin.fine_vertices.size());
+  sheet.points.resize(count, 3);
+  sheet.average.resize(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    sheet.points.row(i) = fine_rest.row(skin.fine_vertices[i]);
+    sheet.average.row(i) = fine_average.row(skin.fine_vertices[i]) - kRegionOrigin.transpose();
+  }
+  for (const QuadPart* part : {&base.face, &base.mouth}) {
+    if (part == &base.mouth) sheet.first_mouth_triangle = static_cast<int>(sheet.makehuman_uvs.size());
+    for (const auto& corners : part->uvs) {
+      const Eigen::Vector2f centre = (corners[0] + corners[1] + corners[2] + corners[3]) / 4;
+      for (int k = 0; k < 4; ++k) {
+        const Eigen::Vector2f next = (corners[k] + corners[(k + 1) % 4]) / 2;
+        const Eigen::Vector2f previous = (corners[(k + 3) % 4] + corners[k]) / 2;
+        sheet.makehuman_uvs.push_back({corners[k], next, centre});
+        sheet.makehuman_uvs.push_back({corners[k], centre, previous});
+      }
+    }
+  }
+  for (const SlitLoop& lids : atlas.lids) {
+    for (const std::vector<int>* row : {&lids.upper, &lids.lower}) {
+      for (size_t i = 0; i < row->size(); ++i) {
+        const Eigen::Vector3f here = fine_average.row((*row)[i]);
+        sheet.lid_rims.push_back(here - kRegionOrigin);
+        if (i + 1 == row->size()) break;
+        const Eigen::Vector3f next = fine_average.row((*row)[i + 1]);
+        sheet.lid_rims.push_back((here + next) / 2 - kRegionOrigin);
+      }
+    }
+  }
+  return sheet;
+}
+
 ImageU8 Plain(uint8_t r, uint8_t g, uint8_t b) {
   ImageU8 image(1, 1, 3);
   image.at(0, 0)[0] = r, image.at(0, 0)[1] = g, image.at(0, 0)[2] = b;
   return image;
+}
+
+// The row of fine vertices next to a lid's inner edge: its front edge, where lashes grow.
+std::vector<int> FrontRim(const BaseMesh& base, const std::vector<int>& lid, const Subdivision& fine) {
+  std::vector<int> rim;
+  for (size_t i = 0; i + 1 < lid.size(); ++i) {
+    for (const Quad& quad : base.face.quads) {
+      for (int k = 0; k < 4; ++k) {
+        const int a = quad[k], b = quad[(k + 1) % 4], c = quad[(k + 2) % 4], d = quad[(k + 3) % 4];
+        const bool forward = a == lid[i] && b == lid[i + 1], backward = b == lid[i] && a == lid[i + 1];
+        if (!forward && !backward) continue;
+        if (rim.empty()) rim.push_back(forward ? d : c);
+        rim.push_back(forward ? c : d);
+      }
+    }
+  }
+  LIKENESS_CHECK(rim.size() == lid.size());
+  return RefineRow(rim, fine);
+}
+
+Material LashMaterial(const HumanRecipe& recipe) {
+  const Eigen::Vector3f hair = HairColour(static_cast<float>(std::min(1.0, recipe.hair_melanin + 0.25)), 0.1f, 0);
+  Material material;
+  material.albedo = ImageU8(1, 1, 3);
+  for (int c = 0; c < 3; ++c) material.albedo.at(0, 0)[c] = EncodeSrgb(0.6f * hair[c]);
+  material.roughness = 0.5f;
+  material.casts_shadow = false;
+  return material;
 }
 
 HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe& recipe) : name_(recipe.name) {
@@ -121,7 +193,8 @@ HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe
   const size_t first_tongue = append(base.tongue);
   const Subdivision fine = Subdivide(quads, static_cast<int>(base.vertices.rows()));
   tracked_ = BuildTrackedMesh(base, atlas, fine);
-  fine_ = LinearShapes(CatmullClark(fine), identity.vertices, targets);
+  const Stencil stencil = CatmullClark(fine);
+  fine_ = LinearShapes(stencil, identity.vertices, targets);
   for (const Quad& q : fine.quads) {
     fine_triangles_.emplace_back(q[0], q[1], q[2]);
     fine_triangles_.emplace_back(q[0], q[2], q[3]);
@@ -132,7 +205,8 @@ HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe
   const Subdivision uv_subdivision = Subdivide(skin_uvs, static_cast<int>(atlas.uvs.size()));
   std::vector<FinePart> parts;
   parts.push_back(MakePart("skin", fine, 0, skin_quads, uv_subdivision, SubdivideUvs(uv_subdivision, atlas.uvs)));
-  parts.back().surface.material.albedo = Plain(200, 150, 130);
+  parts.back().surface.material = PaintSkin(MakeSheet(base, fine_.rest(), stencil * base.vertices, atlas, parts.back()),
+                                            ReadSkinMasks(data_folder), recipe);
   for (const int side : {kLeft, kRight}) {
     parts.push_back(MakeHelperPart(side == kLeft ? "left lid inside" : "right lid inside", base.sockets[side], fine,
                                    first_socket[side]));
@@ -153,14 +227,11 @@ HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe
     const std::string which = side == kLeft ? "left " : "right ";
     eyeball_[side] = MakeEyeball(eyes_[side].radius);
     cornea_[side] = MakeCornea(eyes_[side].radius);
-    surfaces_.push_back({which + "eye", eyeball_[side].topology, {}});
-    surfaces_.back().material.albedo = Plain(235, 230, 225);
-    surfaces_.push_back({which + "cornea", cornea_[side].topology, {}});
-    Material& cornea = surfaces_.back().material;
-    cornea.albedo = Plain(0, 0, 0);
-    cornea.transparent = true;
-    cornea.coat = 1;
-    cornea.casts_shadow = false;
+    surfaces_.push_back({which + "eye", eyeball_[side].topology, PaintEyeball(recipe, side)});
+    surfaces_.push_back({which + "cornea", cornea_[side].topology, CorneaMaterial()});
+    lashes_[side] = Lashes(FrontRim(base, atlas.lids[side].upper, fine), FrontRim(base, atlas.lids[side].lower, fine),
+                           static_cast<Side>(side), recipe);
+    surfaces_.push_back({which + "lashes", lashes_[side].topology(), LashMaterial(recipe)});
     for (const Quad& quad : fine.quads) {
       for (const int v : quad) {
         const Eigen::Vector3f p = fine_.rest().row(v);
@@ -201,12 +272,16 @@ PosedHead HumanHead::Pose(std::span<const float, kExpressionCount> weights) cons
     posed.normals.push_back(gather(normals, rows));
   }
   for (const int side : {kLeft, kRight}) {
+    const auto append = [&](Vertices positions, const MeshTopology& topology) {
+      posed.normals.push_back(VertexNormals(positions, topology.triangles));
+      posed.surfaces.push_back(std::move(positions));
+    };
     for (const EyeMesh* mesh : {&eyeball_[side], &cornea_[side]}) {
       Vertices turned = mesh->vertices * gaze[side].transpose();
       turned.rowwise() += eyes_[side].centre.transpose();
-      posed.normals.push_back(VertexNormals(turned, mesh->topology.triangles));
-      posed.surfaces.push_back(std::move(turned));
+      append(std::move(turned), mesh->topology);
     }
+    append(lashes_[side].Positions(fine, eyes_[side]), lashes_[side].topology());
   }
   posed.tracked = tracked_.Positions(fine, eyes_);
   return posed;

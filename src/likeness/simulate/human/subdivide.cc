@@ -1,5 +1,7 @@
 #include "likeness/simulate/human/subdivide.h"
 
+#include <algorithm>
+#include <map>
 #include <unordered_map>
 
 #include "likeness/base/error.h"
@@ -36,6 +38,19 @@ Subdivision Subdivide(const std::vector<Quad>& quads, int vertex_count) {
     }
   }
   return result;
+}
+
+std::vector<int> RefineRow(const std::vector<int>& row, const Subdivision& subdivision) {
+  std::map<std::pair<int, int>, int> edges;
+  for (size_t e = 0; e < subdivision.edges.size(); ++e) {
+    edges[subdivision.edges[e]] = subdivision.coarse_count + static_cast<int>(e);
+  }
+  std::vector<int> fine = {row.at(0)};
+  for (size_t i = 1; i < row.size(); ++i) {
+    fine.push_back(edges.at(std::minmax(row[i - 1], row[i])));
+    fine.push_back(row[i]);
+  }
+  return fine;
 }
 
 Stencil CatmullClark(const Subdivision& s) {

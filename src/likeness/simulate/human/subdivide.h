@@ -26,6 +26,9 @@ struct Subdivision {
 
 Subdivision Subdivide(const std::vector<Quad>& quads, int vertex_count);
 
+// A row of coarse vertices along edges, with the edges' own vertices between them.
+std::vector<int> RefineRow(const std::vector<int>& row, const Subdivision& subdivision);
+
 // Fine from coarse positions, [fine_count x coarse_count]: Catmull and Clark 1978, with cubic B-spline borders.
 // Vertices without a quad keep their place.
 Stencil CatmullClark(const Subdivision& subdivision);

@@ -66,20 +66,6 @@ std::vector<bool> ChooseFineQuads(const BaseMesh& base, const HeadAtlas& atlas, 
   return fine;
 }
 
-// Lid vertices of the fine skin, with edge points between the coarse ones.
-std::vector<int> RefineRow(const std::vector<int>& row, const Subdivision& subdivision) {
-  std::map<std::pair<int, int>, int> edges;
-  for (size_t e = 0; e < subdivision.edges.size(); ++e) {
-    edges[subdivision.edges[e]] = subdivision.coarse_count + static_cast<int>(e);
-  }
-  std::vector<int> fine = {row[0]};
-  for (size_t i = 1; i < row.size(); ++i) {
-    fine.push_back(edges.at(std::minmax(row[i - 1], row[i])));
-    fine.push_back(row[i]);
-  }
-  return fine;
-}
-
 }  // namespace
 
 TrackedMesh BuildTrackedMesh(const BaseMesh& base, const HeadAtlas& atlas, const Subdivision& skin) {

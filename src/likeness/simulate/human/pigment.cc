@@ -1,0 +1,31 @@
+#include "likeness/simulate/human/pigment.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace likeness {
+
+Eigen::Vector3f SkinColour(float melanin, float haemoglobin) {
+  const Eigen::Array3f dermis(0.88f, 0.76f, 0.66f);
+  const Eigen::Array3f blood(0.14f, 0.80f, 0.70f);
+  const Eigen::Array3f pigment(1.85f, 2.35f, 3.05f);
+  // The visible steps between skin types are even in a power of the concentration.
+  const float optical = std::pow(std::max(melanin, 0.0f), 1.4f);
+  return dermis * (-haemoglobin * blood - optical * pigment).exp();
+}
+
+Eigen::Vector3f HairColour(float melanin, float redness, float grey) {
+  const Eigen::Array3f eumelanin(1.6f, 2.3f, 3.6f), pheomelanin(0.2f, 1.3f, 2.6f);
+  const Eigen::Array3f coloured =
+      0.62f *
+      (-(0.25f + 1.45f * melanin * melanin) * eumelanin - 0.5f * redness * (1.1f - melanin) * pheomelanin).exp();
+  return coloured + grey * (Eigen::Array3f(0.42f, 0.41f, 0.40f) - coloured);
+}
+
+uint8_t EncodeSrgb(float linear) {
+  const float value = std::clamp(linear, 0.0f, 1.0f);
+  const float encoded = value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
+  return static_cast<uint8_t>(std::lround(255 * encoded));
+}
+
+}  // namespace likeness
