@@ -166,11 +166,11 @@ struct HeadRenderer::Fragment {
   }
 };
 
-void RenderOptions::Check() const {
+void ShadingOptions::Check() const {
   if (samples < 1 || samples > 64) throw Error("a pixel takes 1 to 64 samples, not {}", samples);
 }
 
-HeadRenderer::HeadRenderer(const Head& head, const LightRig& rig, const RenderOptions& options)
+HeadRenderer::HeadRenderer(const Head& head, const LightRig& rig, const ShadingOptions& options)
     : head_(head), lights_(rig), options_(options) {
   options.Check();
 }

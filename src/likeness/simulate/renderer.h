@@ -15,7 +15,7 @@ enum class Shading {
   kAlbedo,  // the albedo's sRGB values as they are; for exact tests
 };
 
-struct RenderOptions {
+struct ShadingOptions {
   Shading shading = Shading::kFull;
   int samples = 4;  // rays a pixel, 1 to 64, in a fixed pattern (1: through the pixel's centre)
 
@@ -33,9 +33,9 @@ struct HeadPicture {
 class HeadRenderer {
  public:
   // `head` is borrowed.
-  HeadRenderer(const Head& head, const LightRig& rig, const RenderOptions& options);
+  HeadRenderer(const Head& head, const LightRig& rig, const ShadingOptions& options);
 
-  const RenderOptions& options() const { return options_; }
+  const ShadingOptions& options() const { return options_; }
 
   // Uses all threads.
   LitHead Light(const PosedHead& posed, const RigidTransform& world_from_head) const;
@@ -53,7 +53,7 @@ class HeadRenderer {
 
   const Head& head_;
   LightTable lights_;
-  RenderOptions options_;
+  ShadingOptions options_;
 };
 
 }  // namespace likeness

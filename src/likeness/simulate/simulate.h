@@ -26,7 +26,7 @@ struct SimulateOptions {
   std::filesystem::path performance;  // a Live Link Face CSV; empty: built-in
   int frames = 48;                    // over all segments, 2 or more
   RigOptions rig;
-  RenderOptions render;
+  ShadingOptions render;
   int lights = 200;
   float exposure = 0.9f;  // linear value of a white surface that faces forwards, in the open
   uint64_t seed = 1;      // of motion
