@@ -258,6 +258,7 @@ TEST(RenderTest, SupersamplingIsTheMeanOfTheFinePicture) {
   fine.supersample = 1;
   coarse.supersample = 3;
   fine.background = coarse.background = {9, 99, 199};
+  coarse.linear_edges = false;
   const Rendering small = DrawMesh(ball.vertices, ball.topology, texture, camera, TestPose(), coarse);
   const Rendering large = DrawMesh(ball.vertices, ball.topology, texture, camera.Resized(270, 210), TestPose(), fine);
   for (int y = 0; y < 70; ++y) {
@@ -272,6 +273,32 @@ TEST(RenderTest, SupersamplingIsTheMeanOfTheFinePicture) {
     }
   }
   EXPECT_EQ(small.colour.at(0, 0)[2], 199);
+}
+
+TEST(RenderTest, EdgesMixLight) {
+  // A triangle over the left half of a 2 x 2 picture's pixels at 4 x 4 samples: half of the first column's samples.
+  Vertices vertices(3, 3);
+  vertices << 0.5f, -50, 100, 0.5f, 50, 100, -99.5f, 0, 100;
+  MeshTopology topology;
+  topology.vertex_count = 3;
+  topology.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  topology.triangles = topology.triangle_uvs = {{0, 1, 2}};
+  Camera camera;
+  camera.width = camera.height = 2;
+  camera.intrinsics = Eigen::Vector3d(100, 100, 1).asDiagonal();
+  DrawOptions options;
+  options.raster.cull_back_faces = false;
+  options.supersample = 4;
+  options.background = {0, 64, 200};
+  const ImageF texture(2, 2, 3, 200);
+  const Rendering light = DrawMesh(vertices, topology, texture, camera, {}, options);
+  ASSERT_EQ(*light.coverage.at(0, 0), 128);
+  EXPECT_EQ(light.colour.at(0, 0)[0], 146);  // half of the light of 200: 0.5776 / 2 = 0.2888, encoded 0.5738
+  EXPECT_EQ(light.colour.at(0, 0)[1], 152);  // and of 64: (0.5776 + 0.0513) / 2 = 0.3144, encoded 0.5964
+  EXPECT_EQ(light.colour.at(0, 0)[2], 200);
+  EXPECT_EQ(light.colour.at(1, 0)[1], 64);
+  options.linear_edges = false;
+  EXPECT_EQ(DrawMesh(vertices, topology, texture, camera, {}, options).colour.at(0, 0)[1], 132);
 }
 
 TEST(RenderTest, IsTheSameForAnyNumberOfThreads) {
@@ -291,6 +318,9 @@ TEST(RenderTest, OptionsAreChecked) {
   DrawOptions options;
   options.supersample = 0;
   EXPECT_NE(ErrorOf([&] { options.Check(); }).find("supersample"), std::string::npos);
+  options = {};
+  options.background[1] = 256;
+  EXPECT_NE(ErrorOf([&] { options.Check(); }).find("background"), std::string::npos);
   options = {};
   options.raster.near_mm = 0;
   EXPECT_NE(ErrorOf([&] { options.Check(); }).find("near plane"), std::string::npos);

@@ -52,7 +52,11 @@ Comparison Compare(const EvaluatedPicture& picture, int width, int height) {
 }
 
 ImageU8 ComparisonPanel(const EvaluatedPicture& picture) {
-  const Comparison comparison = Compare(picture);
+  constexpr int kLeastWidth = 320;  // captions need this much
+  Comparison comparison = Compare(picture);
+  for (ImageU8* image : {&comparison.truth, &comparison.ours, &comparison.difference}) {
+    if (image->width() < kLeastWidth) *image = FitInto(*image, kLeastWidth, 3 * kLeastWidth);
+  }
   const ImageU8 row = SideBySide(
       {{comparison.truth,
         fmt::format("ground truth: {} {}, camera {}", picture.frame.segment, picture.frame.frame, picture.camera)},

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -50,6 +51,20 @@ std::vector<size_t> Stratified(size_t size, size_t count, uint64_t seed) {
   return chosen;
 }
 
+// Marks tasks evenly over the list, each time one of a camera that has been shown least.
+void KeepPictures(size_t count, std::vector<Task>* tasks) {
+  count = std::min(count, tasks->size());
+  std::map<const Camera*, int> shown;
+  for (size_t i = 0; i < count; ++i) {
+    const auto begin = tasks->begin() + static_cast<std::ptrdiff_t>(i * tasks->size() / count);
+    const auto end = tasks->begin() + static_cast<std::ptrdiff_t>((i + 1) * tasks->size() / count);
+    const auto chosen =
+        std::min_element(begin, end, [&](const Task& a, const Task& b) { return shown[a.camera] < shown[b.camera]; });
+    chosen->keep_picture = true;
+    ++shown[chosen->camera];
+  }
+}
+
 std::vector<Task> ChooseTasks(const Capture& capture, const EvaluationOptions& options) {
   std::vector<Task> tasks;
   for (const EvaluationGroup group : kEvaluationGroups) {
@@ -68,8 +83,7 @@ std::vector<Task> ChooseTasks(const Capture& capture, const EvaluationOptions& o
     for (const size_t i : Stratified(all.size(), static_cast<size_t>(options.max_images), options.seed)) {
       chosen.push_back(all[i]);
     }
-    const size_t pictures = std::min(chosen.size(), static_cast<size_t>(options.pictures));
-    for (size_t i = 0; i < pictures; ++i) chosen[(2 * i + 1) * chosen.size() / (2 * pictures)].keep_picture = true;
+    KeepPictures(static_cast<size_t>(options.pictures), &chosen);
     tasks.insert(tasks.end(), chosen.begin(), chosen.end());
   }
   return tasks;

@@ -226,6 +226,13 @@ TEST_F(EvaluateTest, FewerImagesAndPicturesWhenAsked) {
     EXPECT_EQ(once.pictures[i].truth, once.pictures[i].ours);
     EXPECT_EQ(once.pictures[i].texture.width(), 64);
   }
+  // As many cameras as there are come into the pictures.
+  options = {};
+  options.pictures = 2;
+  const EvaluationResult pairs = Run(MakeTeller(), options);
+  ASSERT_EQ(pairs.pictures.size(), 7u);
+  EXPECT_NE(pairs.pictures[0].camera, pairs.pictures[1].camera);
+  EXPECT_NE(pairs.pictures[0].frame, pairs.pictures[1].frame);
   options.max_images = -1;
   EXPECT_THAT(ErrorOf([&] { Run(MakeTeller(), options); }), HasSubstr("max-images"));
 }
