@@ -207,7 +207,8 @@ HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray&
     fragment.smooth += fragment.weights[k] * lit.normals[found.mesh].row(fragment.corners[k]).transpose();
   }
   const Vector3f edge1 = corners[1] - corners[0], edge2 = corners[2] - corners[0];
-  const bool behind = edge1.cross(edge2).dot(fragment.view) < 0;
+  // Hairs are round: a card of them looks the same from both sides.
+  const bool behind = material.albedo.channels() != 4 && edge1.cross(edge2).dot(fragment.view) < 0;
   fragment.smooth = fragment.smooth.stableNormalized() * (behind ? -1.0f : 1.0f);
   fragment.normal = fragment.smooth;
   if (!material.normal_map.empty()) {
@@ -287,8 +288,14 @@ Vector3f HeadRenderer::Shade(const LitHead& lit, const Fragment& fragment) const
   Vector3f colour = Vector3f::Constant(fragment.share * material.coat * sum.coat);
   if (material.transparent) return colour;
   const float kept = 1 - fragment.specular * scale * material.specular_f0;  // what the specular layer lets through
+  float openness = 0;
+  for (int k = 0; k < 3; ++k) {
+    openness += fragment.weights[k] * lit.openness[fragment.surface][static_cast<size_t>(fragment.corners[k])];
+  }
   for (int c = 0; c < 3; ++c) {
-    colour[c] += kept * fragment.albedo[c] * sum.diffuse[c] + fragment.specular * sum.specular;
+    // What hides the lights is of much the same colour and as bright as this point, and sends light here in turn.
+    const float bounced = 1 + (1 - openness) * fragment.albedo[c] * scale;
+    colour[c] += kept * fragment.albedo[c] * bounced * sum.diffuse[c] + fragment.specular * sum.specular;
   }
   return colour;
 }
