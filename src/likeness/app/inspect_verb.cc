@@ -73,7 +73,7 @@ ImageU8 DrawAvatarSheet(const Avatar& avatar) {
     view.width = 360;
     view.height = kHeight;
     const Camera camera = PortraitCamera(avatar.vertex_mean, avatar.topology, view);
-    panels.push_back({Render(avatar.vertex_mean, avatar.topology, avatar.texture_mean, camera, {}).colour,
+    panels.push_back({DrawMesh(avatar.vertex_mean, avatar.topology, avatar.texture_mean, camera, {}).colour,
                       fmt::format("mean head, azimuth {:g}", azimuth)});
   }
   return SideBySide(panels);

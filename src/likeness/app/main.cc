@@ -29,6 +29,8 @@ const std::vector<VerbEntry> kVerbs = {
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
+    {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
+    {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
     {"bench", RunBench, "measures the speed of one part"},
 };

@@ -197,7 +197,7 @@ void RasterOptions::Check() const {
     throw Error("the near plane must lie at more than 0 mm, not {}", near_mm);
 }
 
-void RenderOptions::Check() const {
+void DrawOptions::Check() const {
   raster.Check();
   if (supersample < 1 || supersample > 8) throw Error("supersample must be 1 ... 8, not {}", supersample);
 }
@@ -227,8 +227,8 @@ Eigen::Vector3f SampleTexture(const ImageF& texture, const Eigen::Vector2f& uv) 
          fy * ((1 - fx) * Texel(texture.at(x0, y1)) + fx * Texel(texture.at(x1, y1)));
 }
 
-Rendering Render(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
-                 const RigidTransform& world_from_mesh, const RenderOptions& options) {
+Rendering DrawMesh(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
+                   const RigidTransform& world_from_mesh, const DrawOptions& options) {
   options.Check();
   LIKENESS_CHECK(camera.width > 0 && camera.height > 0 && !texture.empty() && texture.channels() == 3);
   LIKENESS_CHECK(vertices.rows() == topology.vertex_count);

@@ -47,7 +47,7 @@ struct FragmentImage {
 FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, const Camera& camera,
                         const RigidTransform& world_from_mesh, const RasterOptions& options = {});
 
-struct RenderOptions {
+struct DrawOptions {
   RasterOptions raster;
   int supersample = 2;                          // n x n samples a pixel, 1 ... 8
   std::array<float, 3> background = {0, 0, 0};  // RGB, 0 ... 255
@@ -62,8 +62,8 @@ struct Rendering {
 
 // The textured mesh as the camera sees it. Samples are averaged in the texture's own encoding.
 //   texture  3 channels, 0 ... 255, row 0 is v = 1; any size
-Rendering Render(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
-                 const RigidTransform& world_from_mesh, const RenderOptions& options = {});
+Rendering DrawMesh(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
+                   const RigidTransform& world_from_mesh, const DrawOptions& options = {});
 
 // Bilinear sample of a texture; (u, v) = (0, 1) is the image's top left corner, texel centres lie at +0.5 texel, the
 // border is repeated.

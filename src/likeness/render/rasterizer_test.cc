@@ -228,9 +228,9 @@ TEST(RenderTest, TextureLiesTheRightWayUp) {
   Camera camera;
   camera.width = camera.height = 16;
   camera.intrinsics = Eigen::Vector3d(100, 100, 1).asDiagonal();
-  RenderOptions options;
+  DrawOptions options;
   options.supersample = 1;
-  const Rendering rendering = Render(square, topology, texture, camera, {}, options);
+  const Rendering rendering = DrawMesh(square, topology, texture, camera, {}, options);
   for (size_t i = 0; i < texture.values().size(); ++i) {
     EXPECT_NEAR(rendering.colour.values()[i], texture.values()[i], 0.51);
   }
@@ -254,12 +254,12 @@ TEST(RenderTest, SupersamplingIsTheMeanOfTheFinePicture) {
   Random random(4);
   for (float& value : texture.values()) value = static_cast<float>(random.Uniform(0, 255));
   const Camera camera = TestCamera(90, 70);
-  RenderOptions fine, coarse;
+  DrawOptions fine, coarse;
   fine.supersample = 1;
   coarse.supersample = 3;
   fine.background = coarse.background = {9, 99, 199};
-  const Rendering small = Render(ball.vertices, ball.topology, texture, camera, TestPose(), coarse);
-  const Rendering large = Render(ball.vertices, ball.topology, texture, camera.Resized(270, 210), TestPose(), fine);
+  const Rendering small = DrawMesh(ball.vertices, ball.topology, texture, camera, TestPose(), coarse);
+  const Rendering large = DrawMesh(ball.vertices, ball.topology, texture, camera.Resized(270, 210), TestPose(), fine);
   for (int y = 0; y < 70; ++y) {
     for (int x = 0; x < 90; ++x) {
       double colour = 0, coverage = 0;
@@ -279,16 +279,16 @@ TEST(RenderTest, IsTheSameForAnyNumberOfThreads) {
   ImageF texture(16, 16, 3);
   for (size_t i = 0; i < texture.values().size(); ++i) texture.values()[i] = static_cast<float>(i % 256);
   SetThreadCount(1);
-  const Rendering one = Render(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
+  const Rendering one = DrawMesh(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
   SetThreadCount(3);
-  const Rendering three = Render(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
+  const Rendering three = DrawMesh(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
   SetThreadCount(0);
   EXPECT_EQ(one.colour, three.colour);
   EXPECT_EQ(one.coverage, three.coverage);
 }
 
 TEST(RenderTest, OptionsAreChecked) {
-  RenderOptions options;
+  DrawOptions options;
   options.supersample = 0;
   EXPECT_NE(ErrorOf([&] { options.Check(); }).find("supersample"), std::string::npos);
   options = {};

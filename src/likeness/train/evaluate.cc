@@ -98,7 +98,7 @@ class Evaluator {
  public:
   Evaluator(const Capture& capture, const FrameDecoder& decoder, const EvaluationOptions& options)
       : capture_(capture), decoder_(decoder), used_vertices_(VerticesInTriangles(capture.topology())) {
-    render_options_.supersample = options.supersample;
+    draw_options_.supersample = options.supersample;
   }
 
   Measurement Measure(const Task& task, const TrackedFrame& tracked, const std::vector<float>& code) const {
@@ -135,13 +135,13 @@ class Evaluator {
  private:
   Rendering Draw(const Vertices& vertices, const ImageF& texture, const Camera& camera,
                  const TrackedFrame& tracked) const {
-    return Render(vertices, capture_.topology(), texture, camera, tracked.world_from_head, render_options_);
+    return DrawMesh(vertices, capture_.topology(), texture, camera, tracked.world_from_head, draw_options_);
   }
 
   const Capture& capture_;
   const FrameDecoder& decoder_;
   const std::vector<int> used_vertices_;
-  RenderOptions render_options_;
+  DrawOptions draw_options_;
 };
 
 // Tasks of the same frame together, so that each is read and encoded once.
@@ -191,7 +191,7 @@ std::string ToString(EvaluationGroup group) {
 void EvaluationOptions::Check() const {
   if (max_images < 0) throw Error("max-images must be 0 (all) or more, not {}", max_images);
   if (pictures < 0 || pictures > 1000) throw Error("a group keeps 0 ... 1000 pictures, not {}", pictures);
-  RenderOptions render;
+  DrawOptions render;
   render.supersample = supersample;
   render.Check();
 }

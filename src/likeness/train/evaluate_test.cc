@@ -36,7 +36,7 @@ class EvaluateTest : public ::testing::Test {
       writer_.WriteTracked(frames_[f], tracked);
       for (const Camera& camera : cameras_) {
         const Rendering image =
-            Render(tracked.vertices_in_head, topology_, Texture(f), camera, tracked.world_from_head, {});
+            DrawMesh(tracked.vertices_in_head, topology_, Texture(f), camera, tracked.world_from_head, {});
         writer_.WriteImage(frames_[f], camera.name, image.colour);
         // Fully covered pixels only: there an offset of the texture is an offset of the picture.
         ImageU8 mask = image.coverage;
