@@ -214,7 +214,7 @@ HumanRecipe RecipeFromSeed(uint64_t seed) {
   r.hair_melanin = r.caucasian > 0.5 ? hair.Uniform(0.25, 1) : hair.Uniform(0.85, 1);
   r.hair_redness = hair.Uniform(0, r.caucasian > 0.5 ? 0.8 : 0.3);
   r.grey = std::clamp((r.age - 0.25) * hair.Uniform(0.5, 2.5), 0.0, 1.0);
-  r.scalp_hair = is_male ? hair.Uniform(0.5, 1) : hair.Uniform(0.85, 1);
+  r.scalp_hair = is_male ? hair.Uniform(0.75, 1) : hair.Uniform(0.9, 1);
   r.hair_length = hair.Uniform(0.15, 1);
   r.hairline = is_male ? std::clamp(hair.Uniform(0.1, 0.5) + 0.5 * r.age, 0.0, 1.0) : hair.Uniform(0, 0.25);
   r.brows = is_male ? hair.Uniform(0.55, 1) : hair.Uniform(0.35, 0.7);
