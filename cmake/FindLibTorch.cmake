@@ -34,8 +34,10 @@ if(LibTorch_FOUND AND NOT TARGET LibTorch::LibTorch)
     list(APPEND _libtorch_link "-Wl,--push-state,--no-as-needed" "${LibTorch_cuda_LIBRARY}" "-Wl,--pop-state")
   endif()
   add_library(LibTorch::LibTorch INTERFACE IMPORTED)
+  # The wheel brings headers of other libraries, fmt's among them: searched last, they do not hide the system's.
   set_target_properties(LibTorch::LibTorch PROPERTIES
-    INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${LibTorch_ROOT}/include;${LibTorch_ROOT}/include/torch/csrc/api/include"
+    INTERFACE_COMPILE_OPTIONS
+      "SHELL:-idirafter \"${LibTorch_ROOT}/include\";SHELL:-idirafter \"${LibTorch_ROOT}/include/torch/csrc/api/include\""
     INTERFACE_LINK_LIBRARIES "${_libtorch_link}"
     INTERFACE_LINK_OPTIONS "-Wl,-rpath,${LibTorch_ROOT}/lib")
 endif()

@@ -218,7 +218,9 @@ bool Command::Parse(int argc, const char* const* argv) {
     }
     fmt::print("{}\n\n{} [options]\n\n", summary_, usage);
     const auto line = [](const std::string& left, const std::string& right) {
-      fmt::print("  {:<30} {}\n", left, right);
+      constexpr size_t kColumn = 30;
+      fmt::print("  {:<{}}{}{}\n", left, kColumn,
+                 left.size() < kColumn ? std::string() : "\n" + std::string(kColumn + 2, ' '), right);
     };
     for (const Entry& entry : entries_) {
       if (entry.positional) line(entry.name, entry.help);

@@ -22,7 +22,18 @@ struct VerbEntry {
   const char* summary;
 };
 
-const std::vector<VerbEntry> kVerbs = {};
+// In the order of the pipeline.
+const std::vector<VerbEntry> kVerbs = {
+    {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
+    {"inspect", RunInspect, "says what a capture or an avatar is, and draws a capture's contact sheet"},
+    {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
+#ifdef LIKENESS_TRAIN
+    {"train", RunTrain, "trains an avatar on unwrapped textures"},
+    {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
+    {"render", RunRender, "draws a decoded frame of an avatar"},
+#endif
+    {"bench", RunBench, "measures the speed of one part"},
+};
 
 void PrintHelp() {
   fmt::print("likeness {}: from a multi-camera capture of a face to an avatar\n\n", LIKENESS_VERSION);

@@ -6,4 +6,12 @@ namespace likeness {
 
 using Verb = int (*)(int argc, const char* const* argv);
 
+int RunSimulate(int argc, const char* const* argv);
+int RunInspect(int argc, const char* const* argv);
+int RunUnwrap(int argc, const char* const* argv);
+int RunTrain(int argc, const char* const* argv);
+int RunEvaluate(int argc, const char* const* argv);
+int RunRender(int argc, const char* const* argv);
+int RunBench(int argc, const char* const* argv);
+
 }  // namespace likeness

@@ -19,33 +19,54 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "binary files are little-endian");
 
-std::string ReadFile(const fs::path& path, uint64_t most) {
+namespace {
+
+// The size of a regular file; throws Error for anything else.
+uint64_t FileSize(const fs::path& path) {
   std::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (!fs::exists(status)) throw FileError(path, "no such file");
   if (!fs::is_regular_file(status)) throw FileError(path, "expected a file, found something else (a folder?)");
   const uint64_t size = fs::file_size(path, code);
   if (code) throw FileError(path, "cannot be read: " + code.message());
-  if (size > most) throw FileError(path, fmt::format("is {} bytes large; at most {} were expected", size, most));
+  return size;
+}
+
+std::string ReadBytes(const fs::path& path, uint64_t count) {
   std::ifstream in(path, std::ios::binary);
-  std::string bytes(size, '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (!in || static_cast<uint64_t>(in.gcount()) != size) {
+  std::string bytes(count, '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(count));
+  if (!in || static_cast<uint64_t>(in.gcount()) != count) {
     throw FileError(path, fmt::format("cannot be read: {}", std::strerror(errno)));
   }
   return bytes;
 }
 
-void WriteFile(const fs::path& path, std::string_view bytes) {
-  WriteFileWith(path, [&](const fs::path& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) throw FileError(path, fmt::format("cannot be written: {}", std::strerror(errno)));
-  });
+}  // namespace
+
+std::string ReadFile(const fs::path& path, uint64_t most) {
+  const uint64_t size = FileSize(path);
+  if (size > most) throw FileError(path, fmt::format("is {} bytes large; at most {} were expected", size, most));
+  return ReadBytes(path, size);
 }
 
-void WriteFileWith(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+std::string ReadFileStart(const fs::path& path, size_t count) {
+  return ReadBytes(path, std::min<uint64_t>(count, FileSize(path)));
+}
+
+void WriteFile(const fs::path& path, std::string_view bytes, Sync sync) {
+  WriteFileWith(
+      path,
+      [&](const fs::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        out.close();
+        if (!out) throw FileError(path, fmt::format("cannot be written: {}", std::strerror(errno)));
+      },
+      sync);
+}
+
+void WriteFileWith(const fs::path& path, const std::function<void(const fs::path&)>& write, Sync sync) {
   static std::atomic<int> counter = 0;
   std::error_code code;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
@@ -54,11 +75,12 @@ void WriteFileWith(const fs::path& path, const std::function<void(const fs::path
                                                               counter++, path.extension().string());
   try {
     write(temporary);
-    // Without this a crash of the machine can leave the final name on an empty file.
-    const int descriptor = open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor >= 0) {
-      fdatasync(descriptor);
-      close(descriptor);
+    if (sync == Sync::kYes) {
+      const int descriptor = open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
+      if (descriptor >= 0) {
+        fdatasync(descriptor);
+        close(descriptor);
+      }
     }
     fs::rename(temporary, path);
   } catch (const fs::filesystem_error& error) {

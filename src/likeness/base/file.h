@@ -16,11 +16,19 @@ namespace likeness {
 // Reads a whole file. Throws Error when it is absent, is no regular file, or is larger than `most` bytes.
 std::string ReadFile(const std::filesystem::path& path, uint64_t most = uint64_t{1} << 32);
 
-// Writes beside the final name and renames when the bytes are on disk; makes missing folders.
-void WriteFile(const std::filesystem::path& path, std::string_view bytes);
+// The first `count` bytes of a file, or all of it when it is shorter.
+std::string ReadFileStart(const std::filesystem::path& path, size_t count);
+
+// Whether the bytes must be on disk before a file gets its final name. That takes milliseconds a file, so files that
+// come by the thousand and can be made again do without; a crash of the machine (not of the program) may empty them.
+enum class Sync { kYes, kNo };
+
+// Writes beside the final name and renames when complete; makes missing folders.
+void WriteFile(const std::filesystem::path& path, std::string_view bytes, Sync sync = Sync::kYes);
 
 // The same for writers that want a path: `write` gets the temporary one (which ends like `path`).
-void WriteFileWith(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write);
+void WriteFileWith(const std::filesystem::path& path, const std::function<void(const std::filesystem::path&)>& write,
+                   Sync sync = Sync::kYes);
 
 // Little-endian float32, as vertex binaries are. Throws Error unless the file holds exactly `count` finite values
 // (count 0: any whole number of them).

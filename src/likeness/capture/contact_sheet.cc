@@ -11,6 +11,7 @@
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/capture/inspect.h"
+#include "likeness/geometry/ray_scene.h"
 #include "likeness/image/draw.h"
 #include "likeness/image/resize.h"
 
@@ -28,7 +29,7 @@ constexpr int kMargin = 24;
 constexpr int kGap = 8;
 constexpr int kTitleHeight = 60;
 constexpr int kColumnHeadHeight = 40;
-constexpr int kRowHeadWidth = 150;
+constexpr int kRowHeadWidth = 128;
 
 struct Cell {
   ImageU8 picture;  // empty when there is none
@@ -74,17 +75,28 @@ std::vector<size_t> EvenlySpread(size_t size, size_t count) {
 }
 
 void DrawWireframe(ImageU8* picture, const Camera& camera, const TrackedFrame& tracked, const MeshTopology& topology) {
+  // Rays end a little before the vertex, so that its own triangles do not hide it.
+  constexpr float kBeforeVertexMm = 2;
+  RayScene scene;
+  scene.Add(tracked.vertices_in_head, topology.triangles, /*one_sided=*/true);
+  scene.Build();
+  const Eigen::Vector3d centre_in_head = tracked.world_from_head.Inverse() * camera.CentreInWorld();
   std::vector<Eigen::Vector2d> pixels(tracked.vertices_in_head.rows());
-  std::vector<bool> in_front(pixels.size());
+  std::vector<bool> seen(pixels.size());
   for (size_t i = 0; i < pixels.size(); ++i) {
     const Eigen::Vector3d point = tracked.vertices_in_head.row(static_cast<Eigen::Index>(i)).transpose().cast<double>();
     const Eigen::Vector3d in_world = tracked.world_from_head * point;
-    in_front[i] = (camera.cam_from_world * in_world).z() > 1;
-    if (in_front[i]) pixels[i] = camera.Project(in_world);
+    if ((camera.cam_from_world * in_world).z() < 1) continue;
+    pixels[i] = camera.Project(in_world);
+    Ray ray;
+    ray.origin = centre_in_head.cast<float>();
+    ray.direction = (point - centre_in_head).normalized().cast<float>();
+    ray.t_max = static_cast<float>((point - centre_in_head).norm()) - kBeforeVertexMm;
+    seen[i] = !scene.Occluded(ray);
   }
   std::set<std::pair<int, int>> edges;
   for (const Eigen::Vector3i& t : topology.triangles) {
-    if (!in_front[t[0]] || !in_front[t[1]] || !in_front[t[2]]) continue;
+    if (!seen[t[0]] || !seen[t[1]] || !seen[t[2]]) continue;
     const Eigen::Vector2d a = pixels[t[1]] - pixels[t[0]], b = pixels[t[2]] - pixels[t[0]];
     if (a.x() * b.y() - a.y() * b.x() >= 0) continue;  // clockwise on the screen: seen from behind
     for (int k = 0; k < 3; ++k) edges.insert(std::minmax(t[k], t[(k + 1) % 3]));
@@ -93,7 +105,7 @@ void DrawWireframe(ImageU8* picture, const Camera& camera, const TrackedFrame& t
   for (const auto& [a, b] : edges) lengths.push_back((pixels[a] - pixels[b]).norm());
   if (lengths.empty()) return;
   std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-  const auto opacity = static_cast<float>(std::clamp(lengths[lengths.size() / 2] / 14, 0.12, 0.7));
+  const auto opacity = static_cast<float>(std::clamp(lengths[lengths.size() / 2] / 20, 0.1, 0.7));
   for (const auto& [a, b] : edges) {
     DrawLine(picture, {static_cast<float>(pixels[a].x()), static_cast<float>(pixels[a].y())},
              {static_cast<float>(pixels[b].x()), static_cast<float>(pixels[b].y())}, kWire, 0.8f, opacity);

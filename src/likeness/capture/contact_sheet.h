@@ -20,7 +20,7 @@ struct ContactSheetOptions {
 // is shown as an empty cell that says so.
 ImageU8 DrawContactSheet(const Capture& capture, const ContactSheetOptions& options = {});
 
-// The edges of the triangles that face the camera, as thin lines that grow fainter where the mesh is dense.
+// The edges that the camera sees, as thin lines that grow fainter where the mesh is dense.
 void DrawWireframe(ImageU8* picture, const Camera& camera, const TrackedFrame& tracked, const MeshTopology& topology);
 
 // `count` of 0 ... size - 1, evenly spread, the first and last among them; all of them when there are no more.

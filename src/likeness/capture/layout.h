@@ -43,8 +43,9 @@ class CaptureLayout {
   }
   std::filesystem::path AverageTexture(const FrameId& f, int size) const { return Texture(f, "average", size); }
   // Ours: 255 where the texel was seen. Published captures mark unseen texels by the value 0 instead.
+  std::filesystem::path TextureMaskFolder(int size) const { return root_ / ("unwrapped_mask_" + std::to_string(size)); }
   std::filesystem::path TextureMask(const FrameId& f, const std::string& camera, int size) const {
-    return root_ / ("unwrapped_mask_" + std::to_string(size)) / f.segment / camera / (f.frame + ".png");
+    return TextureMaskFolder(size) / f.segment / camera / (f.frame + ".png");
   }
   std::filesystem::path TextureMean() const { return root_ / "tex_mean.png"; }
   std::filesystem::path TextureVariance() const { return root_ / "tex_var.txt"; }

@@ -2,7 +2,9 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <limits>
 
 #include "likeness/base/error.h"
@@ -29,6 +31,34 @@ void RejectBackFaces(const RTCFilterFunctionNArguments* args) {
   for (unsigned int i = 0; i < args->N; ++i) {
     if (args->valid[i] != 0 && !FacesRay(args->ray, args->hit, args->N, i)) args->valid[i] = 0;
   }
+}
+
+constexpr size_t kPacket = 16;
+
+void FillPacket(std::span<const Ray> rays, int* valid, RTCRay16* packet) {
+  for (size_t i = 0; i < rays.size(); ++i) {
+    valid[i] = -1;
+    packet->org_x[i] = rays[i].origin.x();
+    packet->org_y[i] = rays[i].origin.y();
+    packet->org_z[i] = rays[i].origin.z();
+    packet->tnear[i] = rays[i].t_min;
+    packet->dir_x[i] = rays[i].direction.x();
+    packet->dir_y[i] = rays[i].direction.y();
+    packet->dir_z[i] = rays[i].direction.z();
+    packet->tfar[i] = rays[i].t_max;
+    packet->mask[i] = ~0u;
+  }
+}
+
+// Bit i is set when lane i is valid and occluded.
+uint32_t OccludedLanes(RTCScene scene, const int* valid, RTCRay16* packet) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &context, packet);
+  uint32_t occluded = 0;
+  for (size_t i = 0; i < kPacket; ++i) occluded |= (valid[i] != 0 && packet->tfar[i] < 0 ? 1u : 0u) << i;
+  return occluded;
 }
 
 }  // namespace
@@ -114,29 +144,51 @@ bool RayScene::Occluded(const Ray& ray) const {
   return query.tfar < 0;
 }
 
-uint32_t RayScene::Occluded16(std::span<const Ray> rays) const {
-  LIKENESS_CHECK(rays.size() <= 16);
+void RayScene::Intersect16(std::span<const Ray> rays, std::span<RayHit> hits) const {
+  LIKENESS_CHECK(rays.size() <= kPacket && hits.size() == rays.size());
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  alignas(64) int valid[16] = {};
-  RTCRay16 query = {};
+  alignas(64) int valid[kPacket] = {};
+  RTCRayHit16 query = {};
+  FillPacket(rays, valid, &query.ray);
+  std::fill(std::begin(query.hit.geomID), std::end(query.hit.geomID), RTC_INVALID_GEOMETRY_ID);
+  rtcIntersect16(valid, impl_->scene, &context, &query);
   for (size_t i = 0; i < rays.size(); ++i) {
-    valid[i] = -1;
-    query.org_x[i] = rays[i].origin.x();
-    query.org_y[i] = rays[i].origin.y();
-    query.org_z[i] = rays[i].origin.z();
-    query.tnear[i] = rays[i].t_min;
-    query.dir_x[i] = rays[i].direction.x();
-    query.dir_y[i] = rays[i].direction.y();
-    query.dir_z[i] = rays[i].direction.z();
-    query.tfar[i] = rays[i].t_max;
-    query.mask[i] = ~0u;
+    hits[i] = {};
+    if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    hits[i] = {static_cast<int>(query.hit.geomID[i]), static_cast<int>(query.hit.primID[i]), query.ray.tfar[i],
+               query.hit.u[i], query.hit.v[i]};
   }
-  rtcOccluded16(valid, impl_->scene, &context, &query);
-  uint32_t occluded = 0;
-  for (size_t i = 0; i < rays.size(); ++i) occluded |= (query.tfar[i] < 0 ? 1u : 0u) << i;
-  return occluded;
+}
+
+uint32_t RayScene::Occluded16(std::span<const Ray> rays) const {
+  LIKENESS_CHECK(rays.size() <= kPacket);
+  alignas(64) int valid[kPacket] = {};
+  RTCRay16 query = {};
+  FillPacket(rays, valid, &query);
+  return OccludedLanes(impl_->scene, valid, &query);
+}
+
+uint32_t RayScene::Occluded16(const RayPacket16& rays, uint32_t active) const {
+  alignas(64) int valid[kPacket];
+  RTCRay16 query;
+  const auto copy = [](float(&to)[kPacket], const float(&from)[kPacket]) { std::memcpy(to, from, sizeof(to)); };
+  copy(query.org_x, rays.origin_x);
+  copy(query.org_y, rays.origin_y);
+  copy(query.org_z, rays.origin_z);
+  copy(query.dir_x, rays.direction_x);
+  copy(query.dir_y, rays.direction_y);
+  copy(query.dir_z, rays.direction_z);
+  copy(query.tnear, rays.t_min);
+  copy(query.tfar, rays.t_max);
+  for (size_t i = 0; i < kPacket; ++i) {
+    valid[i] = (active >> i & 1) != 0 ? -1 : 0;
+    query.time[i] = 0;
+    query.mask[i] = ~0u;
+    query.id[i] = query.flags[i] = 0;
+  }
+  return OccludedLanes(impl_->scene, valid, &query);
 }
 
 }  // namespace likeness

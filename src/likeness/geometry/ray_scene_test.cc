@@ -59,7 +59,18 @@ TEST_P(RaySceneTest, AgreesWithBruteForce) {
     rays.push_back(ray);
     if (rays.size() == 16) {
       const uint32_t occluded = scene.Occluded16(rays);
-      for (int k = 0; k < 16; ++k) EXPECT_EQ((occluded >> k) & 1, scene.Occluded(rays[k]) ? 1u : 0u);
+      std::vector<RayHit> packet(16);
+      scene.Intersect16(rays, packet);
+      for (int k = 0; k < 16; ++k) {
+        EXPECT_EQ((occluded >> k) & 1, scene.Occluded(rays[k]) ? 1u : 0u);
+        const RayHit single = scene.Intersect(rays[k]);
+        EXPECT_EQ(packet[k].triangle, single.triangle);
+        EXPECT_EQ(packet[k].mesh, single.mesh);
+        if (single.triangle < 0) continue;
+        EXPECT_NEAR(packet[k].t, single.t, 1e-5 * (1 + single.t));
+        EXPECT_NEAR(packet[k].b1, single.b1, 1e-4);
+        EXPECT_NEAR(packet[k].b2, single.b2, 1e-4);
+      }
       rays.clear();
     }
   }

@@ -10,6 +10,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
+#include "likeness/image/srgb.h"
 
 namespace likeness {
 namespace {
@@ -190,6 +191,14 @@ Eigen::Vector2f UvAt(const MeshTopology& topology, const Fragment& fragment) {
          fragment.b2 * topology.uvs[corners[2]];
 }
 
+// `share` of b over a, 0 ... 255.
+float Mix(float a, float b, float share, bool as_light) {
+  if (share == 0 || share == 1) return share == 0 ? a : b;
+  if (!as_light) return a + share * (b - a);
+  const float light_a = LinearFromSrgb(a / 255), light_b = LinearFromSrgb(b / 255);
+  return 255 * SrgbFromLinear(light_a + share * (light_b - light_a));
+}
+
 }  // namespace
 
 void RasterOptions::Check() const {
@@ -197,9 +206,12 @@ void RasterOptions::Check() const {
     throw Error("the near plane must lie at more than 0 mm, not {}", near_mm);
 }
 
-void RenderOptions::Check() const {
+void DrawOptions::Check() const {
   raster.Check();
   if (supersample < 1 || supersample > 8) throw Error("supersample must be 1 ... 8, not {}", supersample);
+  for (const float value : background) {
+    if (!(value >= 0 && value <= 255)) throw Error("a background colour must be 0 ... 255, not {}", value);
+  }
 }
 
 FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, const Camera& camera,
@@ -227,15 +239,14 @@ Eigen::Vector3f SampleTexture(const ImageF& texture, const Eigen::Vector2f& uv) 
          fy * ((1 - fx) * Texel(texture.at(x0, y1)) + fx * Texel(texture.at(x1, y1)));
 }
 
-Rendering Render(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
-                 const RigidTransform& world_from_mesh, const RenderOptions& options) {
+Rendering DrawMesh(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
+                   const RigidTransform& world_from_mesh, const DrawOptions& options) {
   options.Check();
   LIKENESS_CHECK(camera.width > 0 && camera.height > 0 && !texture.empty() && texture.channels() == 3);
   LIKENESS_CHECK(vertices.rows() == topology.vertex_count);
   const int n = options.supersample, width = camera.width * n;
   const Camera fine = camera.Resized(width, camera.height * n);
   const ProjectedMesh mesh(vertices, topology.triangles, fine, world_from_mesh, options.raster);
-  const Eigen::Vector3f background(options.background[0], options.background[1], options.background[2]);
   Rendering rendering = {ImageU8(camera.width, camera.height, 3), ImageU8(camera.width, camera.height, 1)};
   ForBands(camera.height, std::max(1, kBandRows / n), [&](int y_begin, int y_end) {
     std::vector<Fragment> fragments(static_cast<size_t>(y_end - y_begin) * n * width);
@@ -247,12 +258,15 @@ Rendering Render(const Vertices& vertices, const MeshTopology& topology, const I
         for (int sample = 0; sample < n * n; ++sample) {
           const size_t row = static_cast<size_t>(y - y_begin) * n + sample / n;
           const Fragment& fragment = fragments[row * width + x * n + sample % n];
-          covered += fragment.triangle >= 0;
-          sum += fragment.triangle >= 0 ? SampleTexture(texture, UvAt(topology, fragment)) : background;
+          if (fragment.triangle < 0) continue;
+          ++covered;
+          sum += SampleTexture(texture, UvAt(topology, fragment));
         }
         for (int c = 0; c < 3; ++c) {
-          const float mean = sum[c] / static_cast<float>(n * n);
-          rendering.colour.at(x, y)[c] = static_cast<uint8_t>(std::clamp(mean, 0.0f, 255.0f) + 0.5f);
+          const float mesh_colour = std::clamp(sum[c] / static_cast<float>(std::max(1, covered)), 0.0f, 255.0f);
+          const float share = static_cast<float>(covered) / static_cast<float>(n * n);
+          const float colour = Mix(options.background[c], mesh_colour, share, options.linear_edges);
+          rendering.colour.at(x, y)[c] = static_cast<uint8_t>(colour + 0.5f);
         }
         *rendering.coverage.at(x, y) = static_cast<uint8_t>((covered * 255 + n * n / 2) / (n * n));
       }

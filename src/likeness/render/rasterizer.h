@@ -47,10 +47,13 @@ struct FragmentImage {
 FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, const Camera& camera,
                         const RigidTransform& world_from_mesh, const RasterOptions& options = {});
 
-struct RenderOptions {
+struct DrawOptions {
   RasterOptions raster;
   int supersample = 2;                          // n x n samples a pixel, 1 ... 8
   std::array<float, 3> background = {0, 0, 0};  // RGB, 0 ... 255
+  // Pixels that the mesh covers partly mix it with the background as light, as a camera does, taking both for
+  // sRGB-encoded. Off: the encoded values are mixed.
+  bool linear_edges = true;
 
   void Check() const;  // throws Error
 };
@@ -60,10 +63,10 @@ struct Rendering {
   ImageU8 coverage;  // 1 channel: share of the pixel's samples that the mesh covers, 0 ... 255
 };
 
-// The textured mesh as the camera sees it. Samples are averaged in the texture's own encoding.
+// The textured mesh as the camera sees it. A pixel's samples of the mesh are averaged in the texture's own encoding.
 //   texture  3 channels, 0 ... 255, row 0 is v = 1; any size
-Rendering Render(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
-                 const RigidTransform& world_from_mesh, const RenderOptions& options = {});
+Rendering DrawMesh(const Vertices& vertices, const MeshTopology& topology, const ImageF& texture, const Camera& camera,
+                   const RigidTransform& world_from_mesh, const DrawOptions& options = {});
 
 // Bilinear sample of a texture; (u, v) = (0, 1) is the image's top left corner, texel centres lie at +0.5 texel, the
 // border is repeated.

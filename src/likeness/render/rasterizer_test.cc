@@ -228,9 +228,9 @@ TEST(RenderTest, TextureLiesTheRightWayUp) {
   Camera camera;
   camera.width = camera.height = 16;
   camera.intrinsics = Eigen::Vector3d(100, 100, 1).asDiagonal();
-  RenderOptions options;
+  DrawOptions options;
   options.supersample = 1;
-  const Rendering rendering = Render(square, topology, texture, camera, {}, options);
+  const Rendering rendering = DrawMesh(square, topology, texture, camera, {}, options);
   for (size_t i = 0; i < texture.values().size(); ++i) {
     EXPECT_NEAR(rendering.colour.values()[i], texture.values()[i], 0.51);
   }
@@ -254,12 +254,13 @@ TEST(RenderTest, SupersamplingIsTheMeanOfTheFinePicture) {
   Random random(4);
   for (float& value : texture.values()) value = static_cast<float>(random.Uniform(0, 255));
   const Camera camera = TestCamera(90, 70);
-  RenderOptions fine, coarse;
+  DrawOptions fine, coarse;
   fine.supersample = 1;
   coarse.supersample = 3;
   fine.background = coarse.background = {9, 99, 199};
-  const Rendering small = Render(ball.vertices, ball.topology, texture, camera, TestPose(), coarse);
-  const Rendering large = Render(ball.vertices, ball.topology, texture, camera.Resized(270, 210), TestPose(), fine);
+  coarse.linear_edges = false;
+  const Rendering small = DrawMesh(ball.vertices, ball.topology, texture, camera, TestPose(), coarse);
+  const Rendering large = DrawMesh(ball.vertices, ball.topology, texture, camera.Resized(270, 210), TestPose(), fine);
   for (int y = 0; y < 70; ++y) {
     for (int x = 0; x < 90; ++x) {
       double colour = 0, coverage = 0;
@@ -274,23 +275,52 @@ TEST(RenderTest, SupersamplingIsTheMeanOfTheFinePicture) {
   EXPECT_EQ(small.colour.at(0, 0)[2], 199);
 }
 
+TEST(RenderTest, EdgesMixLight) {
+  // A triangle over the left half of a 2 x 2 picture's pixels at 4 x 4 samples: half of the first column's samples.
+  Vertices vertices(3, 3);
+  vertices << 0.5f, -50, 100, 0.5f, 50, 100, -99.5f, 0, 100;
+  MeshTopology topology;
+  topology.vertex_count = 3;
+  topology.uvs = {{0, 0}, {1, 0}, {0, 1}};
+  topology.triangles = topology.triangle_uvs = {{0, 1, 2}};
+  Camera camera;
+  camera.width = camera.height = 2;
+  camera.intrinsics = Eigen::Vector3d(100, 100, 1).asDiagonal();
+  DrawOptions options;
+  options.raster.cull_back_faces = false;
+  options.supersample = 4;
+  options.background = {0, 64, 200};
+  const ImageF texture(2, 2, 3, 200);
+  const Rendering light = DrawMesh(vertices, topology, texture, camera, {}, options);
+  ASSERT_EQ(*light.coverage.at(0, 0), 128);
+  EXPECT_EQ(light.colour.at(0, 0)[0], 146);  // half of the light of 200: 0.5776 / 2 = 0.2888, encoded 0.5738
+  EXPECT_EQ(light.colour.at(0, 0)[1], 152);  // and of 64: (0.5776 + 0.0513) / 2 = 0.3144, encoded 0.5964
+  EXPECT_EQ(light.colour.at(0, 0)[2], 200);
+  EXPECT_EQ(light.colour.at(1, 0)[1], 64);
+  options.linear_edges = false;
+  EXPECT_EQ(DrawMesh(vertices, topology, texture, camera, {}, options).colour.at(0, 0)[1], 132);
+}
+
 TEST(RenderTest, IsTheSameForAnyNumberOfThreads) {
   const Ball ball = MakeBall(30, 20);
   ImageF texture(16, 16, 3);
   for (size_t i = 0; i < texture.values().size(); ++i) texture.values()[i] = static_cast<float>(i % 256);
   SetThreadCount(1);
-  const Rendering one = Render(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
+  const Rendering one = DrawMesh(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
   SetThreadCount(3);
-  const Rendering three = Render(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
+  const Rendering three = DrawMesh(ball.vertices, ball.topology, texture, TestCamera(200, 150), TestPose());
   SetThreadCount(0);
   EXPECT_EQ(one.colour, three.colour);
   EXPECT_EQ(one.coverage, three.coverage);
 }
 
 TEST(RenderTest, OptionsAreChecked) {
-  RenderOptions options;
+  DrawOptions options;
   options.supersample = 0;
   EXPECT_NE(ErrorOf([&] { options.Check(); }).find("supersample"), std::string::npos);
+  options = {};
+  options.background[1] = 256;
+  EXPECT_NE(ErrorOf([&] { options.Check(); }).find("background"), std::string::npos);
   options = {};
   options.raster.near_mm = 0;
   EXPECT_NE(ErrorOf([&] { options.Check(); }).find("near plane"), std::string::npos);

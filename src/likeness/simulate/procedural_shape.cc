@@ -125,7 +125,8 @@ Vector3d ProceduralShape::MouthPoint(double p, double q) const {
     const double smile = Weight("mouthSmile", left), frown = Weight("mouthFrown", left);
     point += corner * Vector3d((left ? 1 : -1) * (6 * smile + 2 * frown), 8 * smile - 7 * frown, -4 * smile);
   }
-  return MoveWithJaw(point, SmoothStep(1, -1, q));
+  // The corners stay half way, so that the open mouth is round.
+  return MoveWithJaw(point, 0.5 + (SmoothStep(1, -1, q) - 0.5) * (1 - p * p * p * p));
 }
 
 Vector3d ProceduralShape::Point(double s, double t) const {

@@ -1,6 +1,7 @@
 #include "likeness/simulate/renderer.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +16,10 @@ using Eigen::Vector3f;
 
 // Rays that pass a transparent or partly covered surface go on; after this many surfaces they end.
 constexpr int kMostLayers = 16;
+// Below this share of a ray nobody sees what follows.
+constexpr float kLeastOpen = 0.01f;
+// Rays go on this far behind a surface.
+constexpr float kStepMm = 1e-3f;
 
 float LinearFromSrgb(float value) {
   return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
@@ -123,29 +128,53 @@ std::vector<Eigen::Vector2d> SamplePositions(int count) {
 
 }  // namespace
 
-// What one ray brings home.
-struct HeadRenderer::Sample {
-  Vector3f colour = Vector3f::Zero();
-  float coverage = 0;
-};
-
-// A ray's meeting with a surface.
-struct HeadRenderer::Hit {
+// What the samples of a pixel find on one surface. Values are sums over samples, each weighted with its share of the
+// pixel.
+struct HeadRenderer::Fragment {
   int surface = 0;
-  Eigen::Vector3i corners;  // vertices
+  // Of the first sample: which vertices' lights are interpolated, and how.
+  Eigen::Vector3i corners;
   float weights[3] = {};
-  Vector2f uv;
-  Eigen::Matrix<float, 3, 3> corner_positions;  // a column each
-  Vector2f corner_uvs[3];
-  Vector3f view;  // towards the camera
-  Eigen::Vector4f albedo;
+  float t = 0;      // along the ray, mm
+  Vector3f view;    // towards the camera
+  float share = 0;  // of the pixel
+  Vector3f albedo = Vector3f::Zero();
+  Vector3f smooth = Vector3f::Zero();  // normal without the normal map
+  Vector3f normal = Vector3f::Zero();  // with it
+  float roughness = 0;
+  float specular = 0;
+
+  // Scales the sums.
+  void Weigh(float factor) {
+    share *= factor;
+    albedo *= factor;
+    smooth *= factor;
+    normal *= factor;
+    roughness *= factor;
+    specular *= factor;
+  }
+
+  bool SameSurface(const Fragment& other) const {
+    constexpr float kNearMm = 3, kCosine = 0.9f;
+    return surface == other.surface && std::abs(t - other.t) < kNearMm &&
+           smooth.dot(other.smooth) > kCosine * smooth.norm() * other.smooth.norm();
+  }
+
+  void Join(const Fragment& other) {
+    share += other.share;
+    albedo += other.albedo;
+    smooth += other.smooth;
+    normal += other.normal;
+    roughness += other.roughness;
+    specular += other.specular;
+  }
 };
 
-void RenderOptions::Check() const {
+void ShadingOptions::Check() const {
   if (samples < 1 || samples > 64) throw Error("a pixel takes 1 to 64 samples, not {}", samples);
 }
 
-HeadRenderer::HeadRenderer(const Head& head, const LightRig& rig, const RenderOptions& options)
+HeadRenderer::HeadRenderer(const Head& head, const LightRig& rig, const ShadingOptions& options)
     : head_(head), lights_(rig), options_(options) {
   options.Check();
 }
@@ -154,99 +183,128 @@ LitHead HeadRenderer::Light(const PosedHead& posed, const RigidTransform& world_
   return LightHead(head_, posed, world_from_head, options_.shading == Shading::kFull ? &lights_ : nullptr);
 }
 
-// Returns the light that a surface point sends towards the camera.
-Vector3f HeadRenderer::Shade(const LitHead& lit, const Hit& hit) const {
-  const Material& material = head_.surfaces()[hit.surface].material;
-  const Vertices& normals = lit.normals[hit.surface];
-  Vector3f smooth = Vector3f::Zero();
-  for (int k = 0; k < 3; ++k) smooth += hit.weights[k] * normals.row(hit.corners[k]).transpose();
-  const Vector3f edge1 = hit.corner_positions.col(1) - hit.corner_positions.col(0);
-  const Vector3f edge2 = hit.corner_positions.col(2) - hit.corner_positions.col(0);
-  const Vector3f face = edge1.cross(edge2);
-  if (face.dot(hit.view) < 0) smooth = -smooth;  // seen from behind
-  smooth.normalize();
+HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const {
+  const Surface& surface = head_.surfaces()[found.mesh];
+  const Material& material = surface.material;
+  const bool full = options_.shading == Shading::kFull;
+  Fragment fragment;
+  fragment.surface = found.mesh;
+  fragment.corners = surface.topology.triangles[found.triangle];
+  fragment.weights[0] = 1 - found.b1 - found.b2;
+  fragment.weights[1] = found.b1;
+  fragment.weights[2] = found.b2;
+  fragment.t = found.t;
+  fragment.view = -ray.direction;
+  Vector2f corner_uvs[3], uv = Vector2f::Zero();
+  for (int k = 0; k < 3; ++k) {
+    corner_uvs[k] = surface.topology.uvs[surface.topology.triangle_uvs[found.triangle][k]];
+    uv += fragment.weights[k] * corner_uvs[k];
+  }
+  const Eigen::Vector4f albedo = SampleAlbedo(material.albedo, uv, full ? LinearTable() : ByteTable());
+  fragment.albedo = albedo.head<3>();
+  fragment.share = material.transparent ? 1 : albedo[3];
+  if (!full || fragment.share == 0) return fragment;
 
-  Vector3f normal = smooth;
+  Vector3f corners[3];
+  for (int k = 0; k < 3; ++k) {
+    corners[k] = lit.positions[found.mesh].row(fragment.corners[k]).transpose();
+    fragment.smooth += fragment.weights[k] * lit.normals[found.mesh].row(fragment.corners[k]).transpose();
+  }
+  const Vector3f edge1 = corners[1] - corners[0], edge2 = corners[2] - corners[0];
+  // Hairs are round: a card of them looks the same from both sides.
+  const bool behind = material.albedo.channels() != 4 && edge1.cross(edge2).dot(fragment.view) < 0;
+  fragment.smooth = fragment.smooth.stableNormalized() * (behind ? -1.0f : 1.0f);
+  fragment.normal = fragment.smooth;
   if (!material.normal_map.empty()) {
-    const Vector2f d1 = hit.corner_uvs[1] - hit.corner_uvs[0], d2 = hit.corner_uvs[2] - hit.corner_uvs[0];
-    const float area = d1.x() * d2.y() - d1.y() * d2.x();
-    Vector3f tangent = (edge1 * d2.y() - edge2 * d1.y()) * (area < 0 ? -1.0f : 1.0f);
-    Vector3f bitangent = (edge2 * d1.x() - edge1 * d2.x()) * (area < 0 ? -1.0f : 1.0f);
-    tangent = (tangent - smooth * smooth.dot(tangent)).stableNormalized();
-    bitangent = (bitangent - smooth * smooth.dot(bitangent)).stableNormalized();
+    const Vector2f d1 = corner_uvs[1] - corner_uvs[0], d2 = corner_uvs[2] - corner_uvs[0];
+    const float side = d1.x() * d2.y() - d1.y() * d2.x() < 0 ? -1.0f : 1.0f;
+    const auto tangential = [&](const Vector3f& v) -> Vector3f {
+      return (v - fragment.smooth * fragment.smooth.dot(v)).stableNormalized();
+    };
+    const Vector3f tangent = tangential(side * (edge1 * d2.y() - edge2 * d1.y()));
+    const Vector3f bitangent = tangential(side * (edge2 * d1.x() - edge1 * d2.x()));
     const ImageF& map = material.normal_map;
-    const Vector3f local = Footprint(hit.uv, map.width(), map.height()).Blend([&](int x, int y) -> Vector3f {
+    const Vector3f local = Footprint(uv, map.width(), map.height()).Blend([&](int x, int y) -> Vector3f {
       return Eigen::Map<const Vector3f>(map.at(x, y));
     });
-    normal = (tangent * local.x() + bitangent * local.y() + smooth * local.z()).stableNormalized();
+    fragment.normal = (tangent * local.x() + bitangent * local.y() + fragment.smooth * local.z()).stableNormalized();
   }
+  fragment.roughness = SampleScalar(material.roughness_map, uv, material.roughness);
+  fragment.specular = SampleScalar(material.specular_map, uv, 1);
+  return fragment;
+}
 
+// Adds what a ray meets to its pixel's fragments. `open` is how much of the ray came so far; returns how much goes on.
+float HeadRenderer::Meet(const LitHead& lit, const Ray& ray, const RayHit& found, float open, float share,
+                         std::vector<Fragment>* fragments) const {
+  Fragment fragment = MakeFragment(lit, ray, found);
+  if (fragment.share == 0) return open;
+  const float coverage = fragment.share;
+  fragment.share = 1;
+  fragment.Weigh(share * open * coverage);
+  const auto same = std::find_if(fragments->begin(), fragments->end(),
+                                 [&](const Fragment& other) { return other.SameSurface(fragment); });
+  if (same != fragments->end()) {
+    same->Join(fragment);
+  } else {
+    fragments->push_back(fragment);
+  }
+  return head_.surfaces()[found.mesh].material.transparent ? open : open * (1 - coverage);
+}
+
+// Returns the light that a fragment sends towards the camera, weighted with its share.
+Vector3f HeadRenderer::Shade(const LitHead& lit, const Fragment& fragment) const {
+  const Material& material = head_.surfaces()[fragment.surface].material;
+  const float scale = 1 / fragment.share;
+  const Vector3f normal = fragment.normal.stableNormalized(), smooth = fragment.smooth.stableNormalized();
   LightQuery query;
   for (int k = 0; k < 3; ++k) {
-    query.visibility[k] =
-        lit.visibility[hit.surface].data() + static_cast<size_t>(hit.corners[k]) * static_cast<size_t>(lights_.size());
-    query.weights[k] = hit.weights[k];
+    query.visibility[k] = lit.visibility[fragment.surface].data() +
+                          static_cast<size_t>(fragment.corners[k]) * static_cast<size_t>(lights_.size());
+    query.weights[k] = fragment.weights[k];
   }
   for (int c = 0; c < 3; ++c) {
     query.wrap[c] = material.scatter[c];
-    query.diffuse_normal[c] = (normal + material.scatter[c] * (smooth - normal)).normalized();
+    query.diffuse_normal[c] = (normal + material.scatter[c] * (smooth - normal)).stableNormalized();
   }
   query.normal = normal;
-  query.view = hit.view;
+  query.view = fragment.view;
   const auto alpha_of = [&](float roughness) {
     // A light of some size widens the highlight (Karis 2013).
     return std::clamp(roughness * roughness + 0.5f * lights_.angular_radius(), 0.01f, 1.0f);
   };
-  const float specular = SampleScalar(material.specular_map, hit.uv, 1);
-  query.specular = {alpha_of(SampleScalar(material.roughness_map, hit.uv, material.roughness)), material.specular_f0};
+  query.specular = {alpha_of(fragment.roughness * scale), material.specular_f0};
   query.coat = {alpha_of(material.coat_roughness), 0.04f};
-  query.has_specular = !material.transparent && specular > 0 && material.specular_f0 > 0;
+  query.has_specular = !material.transparent && fragment.specular > 0 && material.specular_f0 > 0;
   query.has_coat = material.coat > 0;
   const LightSum sum = SumLights(lights_, query);
 
-  Vector3f colour = Vector3f::Constant(material.coat * sum.coat);
+  Vector3f colour = Vector3f::Constant(fragment.share * material.coat * sum.coat);
   if (material.transparent) return colour;
-  const float kept = 1 - specular * material.specular_f0;  // what the specular layer lets through
-  for (int c = 0; c < 3; ++c) colour[c] += kept * hit.albedo[c] * sum.diffuse[c] + specular * sum.specular;
+  const float kept = 1 - fragment.specular * scale * material.specular_f0;  // what the specular layer lets through
+  float openness = 0;
+  for (int k = 0; k < 3; ++k) {
+    openness += fragment.weights[k] * lit.openness[fragment.surface][static_cast<size_t>(fragment.corners[k])];
+  }
+  for (int c = 0; c < 3; ++c) {
+    // What hides the lights is of much the same colour and as bright as this point, and sends light here in turn.
+    const float bounced = 1 + (1 - openness) * fragment.albedo[c] * scale;
+    colour[c] += kept * fragment.albedo[c] * bounced * sum.diffuse[c] + fragment.specular * sum.specular;
+  }
   return colour;
 }
 
-// Follows one ray through transparent and partly covered surfaces.
-HeadRenderer::Sample HeadRenderer::Trace(const LitHead& lit, Ray ray) const {
-  Sample sample;
-  float open = 1;  // how much of the ray goes on
-  const bool full = options_.shading == Shading::kFull;
-  for (int layer = 0; layer < kMostLayers && open > 0.004f; ++layer) {
-    const RayHit found = lit.scene.Intersect(ray);
-    if (found.mesh < 0) break;
-    ray.t_min = found.t + 1e-3f;  // t counts in millimetres
-    const Surface& surface = head_.surfaces()[found.mesh];
-    Hit hit;
-    hit.surface = found.mesh;
-    hit.corners = surface.topology.triangles[found.triangle];
-    hit.weights[0] = 1 - found.b1 - found.b2;
-    hit.weights[1] = found.b1;
-    hit.weights[2] = found.b2;
-    hit.uv.setZero();
-    for (int k = 0; k < 3; ++k) {
-      hit.corner_uvs[k] = surface.topology.uvs[surface.topology.triangle_uvs[found.triangle][k]];
-      hit.uv += hit.weights[k] * hit.corner_uvs[k];
-      hit.corner_positions.col(k) = lit.positions[found.mesh].row(hit.corners[k]).transpose();
+// The colour of a pixel.
+Vector3f HeadRenderer::Resolve(const LitHead& lit, const std::vector<Fragment>& fragments) const {
+  Vector3f colour = Vector3f::Zero();
+  for (const Fragment& fragment : fragments) {
+    if (options_.shading == Shading::kFull) {
+      colour += Shade(lit, fragment);
+    } else if (!head_.surfaces()[fragment.surface].material.transparent) {
+      colour += fragment.albedo;
     }
-    hit.view = -ray.direction;
-    if (surface.material.transparent) {
-      if (full) sample.colour += open * Shade(lit, hit);
-      continue;
-    }
-    hit.albedo = SampleAlbedo(surface.material.albedo, hit.uv, full ? LinearTable() : ByteTable());
-    const float coverage = hit.albedo[3];
-    if (coverage > 0) {
-      sample.colour += open * coverage * (full ? Shade(lit, hit) : Vector3f(hit.albedo.head<3>()));
-      sample.coverage += open * coverage;
-    }
-    open *= 1 - coverage;
   }
-  return sample;
+  return colour;
 }
 
 HeadPicture HeadRenderer::Render(const LitHead& lit, const Camera& camera) const {
@@ -255,25 +313,68 @@ HeadPicture HeadRenderer::Render(const LitHead& lit, const Camera& camera) const
   const PixelBox box = BoundingBox(lit, camera);
   const std::vector<Eigen::Vector2d> positions = SamplePositions(options_.samples);
   const Vector3f origin = camera.CentreInWorld().cast<float>();
+  // Direction through a pixel position (x, y): this times (x, y, 1).
+  const Eigen::Matrix3d unproject = camera.cam_from_world.rotation.transpose() * camera.intrinsics.inverse();
   const float share = 1.0f / static_cast<float>(options_.samples);
   const bool full = options_.shading == Shading::kFull;
+  constexpr size_t kPacket = 16;
+  const int samples = options_.samples;
+  const int pixels_at_once = std::max(1, static_cast<int>(kPacket) / samples);
   ParallelFor(box.y1 - box.y0, [&](int64_t row) {
     const int y = box.y0 + static_cast<int>(row);
-    for (int x = box.x0; x < box.x1; ++x) {
-      Vector3f colour = Vector3f::Zero();
-      float coverage = 0;
-      for (const Eigen::Vector2d& position : positions) {
-        const Vector3f direction = camera.RayInWorld(Eigen::Vector2d(x, y) + position).cast<float>();
-        const Sample sample = Trace(lit, {origin, direction});
-        colour += sample.colour;
-        coverage += sample.coverage;
+    // Of a few pixels: the rays, how much of each goes on, and which ones do.
+    std::vector<Ray> rays, packet;
+    std::vector<RayHit> hits;
+    std::vector<float> open;
+    std::vector<int> going_on;
+    std::vector<std::vector<Fragment>> fragments(static_cast<size_t>(pixels_at_once));
+    for (int first = box.x0; first < box.x1; first += pixels_at_once) {
+      const int end = std::min(first + pixels_at_once, box.x1);
+      rays.clear();
+      going_on.clear();
+      for (int x = first; x < end; ++x) {
+        fragments[static_cast<size_t>(x - first)].clear();
+        for (const Eigen::Vector2d& position : positions) {
+          const Eigen::Vector3d direction = unproject * Eigen::Vector3d(x + position.x(), y + position.y(), 1);
+          going_on.push_back(static_cast<int>(rays.size()));
+          rays.push_back({origin, direction.normalized().cast<float>()});
+        }
       }
-      uint8_t* rgb = picture.rgb.at(x, y);
-      for (int c = 0; c < 3; ++c) {
-        const float value = std::clamp(colour[c] * share, 0.0f, 1.0f);
-        rgb[c] = static_cast<uint8_t>(std::lround(255 * (full ? SrgbFromLinear(value) : value)));
+      open.assign(rays.size(), 1);
+      for (int layer = 0; layer < kMostLayers && !going_on.empty(); ++layer) {
+        size_t kept = 0;
+        for (size_t begin = 0; begin < going_on.size(); begin += kPacket) {
+          const size_t count = std::min(kPacket, going_on.size() - begin);
+          packet.clear();
+          for (size_t i = begin; i < begin + count; ++i) packet.push_back(rays[static_cast<size_t>(going_on[i])]);
+          hits.resize(count);
+          lit.scene.Intersect16(packet, hits);
+          for (size_t i = 0; i < count; ++i) {
+            if (hits[i].mesh < 0) continue;
+            const int index = going_on[begin + i];
+            const auto r = static_cast<size_t>(index);
+            open[r] = Meet(lit, rays[r], hits[i], open[r], share, &fragments[r / positions.size()]);
+            if (open[r] < kLeastOpen) continue;
+            rays[r].t_min = hits[i].t + kStepMm;
+            going_on[kept++] = index;
+          }
+        }
+        going_on.resize(kept);
       }
-      *picture.mask.at(x, y) = coverage * share >= 0.5f ? 255 : 0;
+      for (int x = first; x < end; ++x) {
+        const auto pixel = static_cast<size_t>(x - first);
+        if (fragments[pixel].empty()) continue;
+        float coverage = 0;
+        for (size_t i = 0; i < positions.size(); ++i) coverage += share * (1 - open[pixel * positions.size() + i]);
+        const Vector3f colour = Resolve(lit, fragments[pixel]);
+        uint8_t* rgb = picture.rgb.at(x, y);
+        for (int c = 0; c < 3; ++c) {
+          const float value = std::clamp(colour[c], 0.0f, 1.0f);
+          rgb[c] = static_cast<uint8_t>(std::lround(255 * (full ? SrgbFromLinear(value) : value)));
+        }
+        // Sums of shares miss one half by rounding.
+        *picture.mask.at(x, y) = coverage >= 0.5f - 1e-4f ? 255 : 0;
+      }
     }
   });
   return picture;

@@ -15,7 +15,7 @@ enum class Shading {
   kAlbedo,  // the albedo's sRGB values as they are; for exact tests
 };
 
-struct RenderOptions {
+struct ShadingOptions {
   Shading shading = Shading::kFull;
   int samples = 4;  // rays a pixel, 1 to 64, in a fixed pattern (1: through the pixel's centre)
 
@@ -27,14 +27,15 @@ struct HeadPicture {
   ImageU8 mask;  // 1 channel: 255 where the head covers at least half of the pixel, else 0
 };
 
-// What can be prepared once for all frames. Pictures depend on nothing but the arguments: not on threads, not on
-// earlier calls.
+// Each sample of a pixel finds its surface, colour and relief; the lights are added up once for the samples that share
+// a surface, with their mean relief. What can be prepared is prepared once for all frames. Pictures depend on nothing
+// but the arguments: not on threads, not on earlier calls.
 class HeadRenderer {
  public:
   // `head` is borrowed.
-  HeadRenderer(const Head& head, const LightRig& rig, const RenderOptions& options);
+  HeadRenderer(const Head& head, const LightRig& rig, const ShadingOptions& options);
 
-  const RenderOptions& options() const { return options_; }
+  const ShadingOptions& options() const { return options_; }
 
   // Uses all threads.
   LitHead Light(const PosedHead& posed, const RigidTransform& world_from_head) const;
@@ -43,15 +44,17 @@ class HeadRenderer {
   HeadPicture Render(const LitHead& lit, const Camera& camera) const;
 
  private:
-  struct Sample;
-  struct Hit;
+  struct Fragment;
 
-  Sample Trace(const LitHead& lit, Ray ray) const;
-  Eigen::Vector3f Shade(const LitHead& lit, const Hit& hit) const;
+  float Meet(const LitHead& lit, const Ray& ray, const RayHit& found, float open, float share,
+             std::vector<Fragment>* fragments) const;
+  Fragment MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const;
+  Eigen::Vector3f Shade(const LitHead& lit, const Fragment& fragment) const;
+  Eigen::Vector3f Resolve(const LitHead& lit, const std::vector<Fragment>& fragments) const;
 
   const Head& head_;
   LightTable lights_;
-  RenderOptions options_;
+  ShadingOptions options_;
 };
 
 }  // namespace likeness

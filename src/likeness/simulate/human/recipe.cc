@@ -270,7 +270,7 @@ HumanRecipe ReadRecipe(const std::filesystem::path& path) {
   return recipe;
 }
 
-void WriteRecipe(const std::filesystem::path& path, const HumanRecipe& recipe) {
+std::string RecipeText(const HumanRecipe& recipe) {
   toml::table table;
   table.insert("name", recipe.name);
   table.insert("seed", static_cast<int64_t>(recipe.seed));
@@ -281,7 +281,9 @@ void WriteRecipe(const std::filesystem::path& path, const HumanRecipe& recipe) {
   table.insert("local", local);
   std::ostringstream text;
   text << table << "\n";
-  WriteFile(path, text.str());
+  return text.str();
 }
+
+void WriteRecipe(const std::filesystem::path& path, const HumanRecipe& recipe) { WriteFile(path, RecipeText(recipe)); }
 
 }  // namespace likeness

@@ -69,6 +69,7 @@ HumanRecipe RecipeFromSeed(uint64_t seed);
 // Keys are HumanRecipe's fields; [local] holds local shapes. `from_seed = N` starts from a random person, other keys
 // change it. Throws Error, naming the file and the nearest known key, for unknown keys and values out of range.
 HumanRecipe ReadRecipe(const std::filesystem::path& path);
+std::string RecipeText(const HumanRecipe& recipe);
 void WriteRecipe(const std::filesystem::path& path, const HumanRecipe& recipe);
 
 }  // namespace likeness

@@ -1,0 +1,112 @@
+// likeness evaluate AVATAR CAPTURE
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "likeness/app/avatar_file.h"
+#include "likeness/app/capture_flags.h"
+#include "likeness/app/command.h"
+#include "likeness/app/verbs.h"
+#include "likeness/base/error.h"
+#include "likeness/base/file.h"
+#include "likeness/texture/texture_set.h"
+#include "likeness/train/comparison.h"
+#include "likeness/train/evaluate.h"
+#include "likeness/train/model.h"
+#include "likeness/train/report.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  fs::path avatar;
+  fs::path capture;
+  CaptureOptions capture_options;
+  EvaluationOptions options;
+  fs::path pictures;
+  fs::path report;
+  fs::path log;
+  fs::path times;
+  std::string device = "cpu";
+  bool json = false;
+};
+
+Command Describe(Arguments& a) {
+  Command command("evaluate", "Compares an avatar with a capture, on cameras and segments that it has not seen.",
+                  "likeness evaluate avatars/demo captures/demo --pictures pictures --report report.html");
+  command.Positional("AVATAR", &a.avatar, "avatar file, or the folder of its training run");
+  command.Positional("CAPTURE", &a.capture, "folder of the capture, unwrapped at the avatar's texture size");
+  command.Option("json", &a.json, "write the figures as JSON");
+  command.Option("pictures", &a.pictures, "folder for PNGs of ground truth, ours and difference");
+  command.Option("report", &a.report, "HTML file to write the whole evaluation to, pictures included");
+  command.Option("max-images", &a.options.max_images, "most images of each group, spread evenly; 0: all");
+  command.Option("pictures-per-group", &a.options.pictures, "how many images of each group are drawn");
+  command.Option("supersample", &a.options.supersample, "n x n samples a pixel of the drawing");
+  command.Option("seed", &a.options.seed, "which images, where --max-images leaves some out");
+  command.Option("log", &a.log, "training log for the report; default: log.csv beside the avatar");
+  command.Option("times", &a.times, "CSV of `stage,seconds` for the report");
+  command.Option("device", &a.device, "cpu, cuda or cuda:N");
+  AddCaptureFlags(&command, &a.capture_options);
+  return command;
+}
+
+// A held-out segment that was trained on would make the figures a lie.
+void CheckNotTrainedOn(const Avatar& avatar, const Capture& capture) {
+  for (const FrameCode& code : avatar.codes) {
+    if (capture.split().IsHeldOutSegment(code.segment)) {
+      throw Error(
+          "the avatar was trained on frame {} {}, which this split holds out; evaluate with the split of its "
+          "training (--split)",
+          code.segment, code.frame);
+    }
+  }
+}
+
+}  // namespace
+
+int RunEvaluate(int argc, const char* const* argv) {
+  Arguments a;
+  Command command = Describe(a);
+  if (!command.Parse(argc, argv)) return 0;
+  a.options.Check();
+  const fs::path avatar_file = AvatarFile(a.avatar);
+  const std::unique_ptr<AvatarModel> model = AvatarModel::Load(avatar_file, a.device);
+  const std::unique_ptr<Capture> capture = OpenCapture(a.capture, a.capture_options);
+  CheckNotTrainedOn(model->avatar(), *capture);
+  const TextureSet textures(*capture, model->avatar().architecture.texture_size);
+  // Read before the work starts, so that a wrong file is not found at its end.
+  const fs::path default_log = avatar_file.parent_path() / "log.csv";
+  std::optional<LossLog> log;
+  if (!a.log.empty() || fs::exists(default_log)) log = ReadLossLog(a.log.empty() ? default_log : a.log);
+  const std::vector<StageTime> stages = a.times.empty() ? std::vector<StageTime>() : ReadStageTimes(a.times);
+
+  const FrameEncoder encode = [&](const FrameId& frame, const TrackedFrame& tracked) {
+    return model->Encode(textures.ReadAverage(frame), tracked.vertices_in_head);
+  };
+  const EvaluationResult result = Evaluate(*capture, encode, *model, a.options);
+
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(ToJson(result));
+  std::string text = ToText(result);
+  if (!a.pictures.empty()) {
+    for (const fs::path& path : WriteComparisons(result.pictures, a.pictures)) {
+      json["pictures"].push_back(path.string());
+    }
+    WriteFile(a.pictures / "evaluation.json", json.dump(2) + "\n");
+    WriteFile(a.pictures / "evaluate.toml", command.ResolvedToml());
+    text += fmt::format("\npictures   {}\n", a.pictures.string());
+  }
+  if (!a.report.empty()) {
+    WriteFile(a.report, ReportHtml({a.avatar.string(), model->avatar(), *capture, result, log, stages}));
+    WriteFile(fs::path(a.report).replace_extension(".toml"), command.ResolvedToml());
+    json["report"] = a.report.string();
+    text += fmt::format("report     {}\n", a.report.string());
+  }
+  fmt::print("{}\n", a.json ? json.dump(2) : text);
+  return 0;
+}
+
+}  // namespace likeness

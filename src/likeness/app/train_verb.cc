@@ -1,0 +1,113 @@
+// likeness train CAPTURE OUT
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "likeness/app/capture_flags.h"
+#include "likeness/app/command.h"
+#include "likeness/app/verbs.h"
+#include "likeness/base/file.h"
+#include "likeness/base/interrupt.h"
+#include "likeness/base/progress.h"
+#include "likeness/train/trainer.h"
+
+namespace likeness {
+
+namespace {
+
+struct Arguments {
+  TrainOptions options;
+  bool json = false;
+};
+
+Command Describe(Arguments& arguments) {
+  TrainOptions& o = arguments.options;
+  Command command("train", "Trains an avatar on an unwrapped capture.",
+                  "likeness train captures/demo avatars/demo --size 256 --minutes 7");
+  command.Positional("CAPTURE", &o.capture, "folder of the capture, unwrapped");
+  command.Positional("OUT", &o.out, "folder for avatar.safetensors, checkpoint, log.csv and TensorBoard events");
+  command.Choice("preset", &o.preset, PresetNames(), "recipe that sets the defaults of all other options");
+  command.Option("size", &o.size, "texels a side; 0: the largest that the capture is unwrapped at");
+  command.Option("latent", &o.latent, "values in a code");
+  command.Choice("model", &o.model, ModelKindNames(), "what maps frames to codes and back");
+  command.Choice("conditioning", &o.conditioning, ConditioningNames(), "how the view enters the decoder");
+  command.Choice("normalisation", &o.normalisation, NormalisationNames(), "of the weights or features");
+  command.Choice("untied-bias", &o.untied_bias, UntiedBiasNames(), "which convolutions have a bias for every texel");
+  command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
+  command.Option("iterations", &o.iterations, "end after so many steps; 0: no such limit");
+  command.Option("minutes", &o.minutes, "end after so much training; 0: no such limit");
+  command.Option("batch", &o.batch, "textures in a step");
+  command.Option("views", &o.views, "textures of one frame in a step, which is encoded once for them");
+  command.Option("learning-rate", &o.learning_rate, "of Adam, at its highest");
+  command.Choice("schedule", &o.schedule, {"constant", "cosine"}, "of the learning rate over the run");
+  command.Option("warmup", &o.warmup, "share of the run in which the learning rate rises");
+  command.Option("clip", &o.clip, "largest norm of the gradient; 0: any");
+  command.Option("average", &o.average, "share of the run that the final weights are a mean over; 0: the last ones");
+  command.Option("loss.texture", &o.loss.texture, "weight of the texture term");
+  command.Option("loss.geometry", &o.loss.geometry, "weight of the vertex term");
+  command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");
+  command.Option("seed", &o.seed, "of weights, order and noise");
+  command.Option("device", &o.device, "cpu, cuda or cuda:N");
+  command.Option("save-minutes", &o.save_minutes, "between checkpoints");
+  command.Option("log-every", &o.log_every, "iterations between rows of log.csv");
+  command.Option("workers", &o.workers, "threads that read textures ahead");
+  command.Option("cache-mb", &o.cache_mb, "memory for textures; the others are read again when needed");
+  command.Option("resume", &o.resume, "go on from OUT's checkpoint");
+  AddCaptureFlags(&command, &o.capture_options);
+  command.Option("json", &arguments.json, "write the summary as JSON");
+  return command;
+}
+
+void PrintSummary(const TrainOptions& options, const TrainResult& result, bool json) {
+  if (json) {
+    const nlohmann::ordered_json summary = {{"finished", result.finished},
+                                            {"avatar", result.avatar.string()},
+                                            {"iterations", result.iterations},
+                                            {"samples", result.samples},
+                                            {"skipped", result.skipped},
+                                            {"elapsed_s", result.elapsed_s},
+                                            {"samples_per_s", result.samples_per_s},
+                                            {"waiting", result.waiting},
+                                            {"loss", result.loss},
+                                            {"loss_texture", result.loss_texture},
+                                            {"loss_geometry", result.loss_geometry},
+                                            {"loss_kl", result.loss_kl}};
+    fmt::print("{}\n", summary.dump(2));
+    return;
+  }
+  fmt::print("{} iterations, {} textures in {}; {:.1f} textures/s, {:.1f}% of the time waiting for data\n",
+             result.iterations, result.samples, FormatDuration(result.elapsed_s), result.samples_per_s,
+             100 * result.waiting);
+  fmt::print("loss {:.5f}: texture {:.5f}, geometry {:.5f}, KL {:.4f}\n", result.loss, result.loss_texture,
+             result.loss_geometry, result.loss_kl);
+  if (result.skipped > 0) fmt::print("{} steps were skipped as a value was not finite\n", result.skipped);
+  if (result.finished) {
+    fmt::print("avatar: {}\n", result.avatar.string());
+  } else {
+    fmt::print("stopped; go on with the same command: likeness train {} {} --config {}\n", options.capture.string(),
+               options.out.string(), (options.out / "train.toml").string());
+  }
+}
+
+}  // namespace
+
+int RunTrain(int argc, const char* const* argv) {
+  Arguments arguments;
+  if (!Describe(arguments).Parse(argc, argv)) return 0;
+  // A second reading puts the preset's values in place of the defaults, and what was given on top.
+  arguments.options = PresetOptions(arguments.options.preset);
+  Command command = Describe(arguments);
+  if (!command.Parse(argc, argv)) return 0;
+  arguments.options.Check();
+
+  KeepMemory();
+  WriteFile(arguments.options.out / "train.toml", command.ResolvedToml());
+  const InterruptScope interrupt;
+  const TrainResult result = Train(arguments.options, [&] { return interrupt.Requested(); });
+  PrintSummary(arguments.options, result, arguments.json);
+  return result.finished ? 0 : 1;
+}
+
+}  // namespace likeness

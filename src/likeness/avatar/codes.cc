@@ -1,0 +1,58 @@
+#include "likeness/avatar/codes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "likeness/base/error.h"
+#include "likeness/base/file.h"
+#include "likeness/base/text.h"
+
+namespace likeness {
+
+std::vector<float> MeanCode(const Avatar& avatar) {
+  std::vector<double> sum(avatar.architecture.latent, 0.0);
+  for (const FrameCode& code : avatar.codes) {
+    for (size_t i = 0; i < sum.size(); ++i) sum[i] += code.mu[i];
+  }
+  std::vector<float> mean(sum.size());
+  const double count = std::max<double>(1, static_cast<double>(avatar.codes.size()));
+  std::transform(sum.begin(), sum.end(), mean.begin(), [&](double s) { return static_cast<float>(s / count); });
+  return mean;
+}
+
+NamedCode FindCode(const Avatar& avatar, const std::string& name) {
+  if (name == "mean") return {MeanCode(avatar), nullptr};
+  size_t index = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+  if (error == std::errc() && end == name.data() + name.size()) {
+    if (index < avatar.codes.size()) return {avatar.codes[index].mu, &avatar.codes[index]};
+    throw Error("there is no frame {}: the avatar has the codes of {} frames", name, avatar.codes.size());
+  }
+  std::vector<std::string> names;
+  for (const FrameCode& code : avatar.codes) {
+    names.push_back(code.segment + "/" + code.frame);
+    if (names.back() == name) return {code.mu, &code};
+  }
+  const std::string nearest = NearestWord(name, names);
+  throw Error("there is no frame '{}'{}; expected mean, a number below {}, or SEGMENT/FRAME of a training frame", name,
+              nearest.empty() ? "" : fmt::format(", did you mean '{}'?", nearest), avatar.codes.size());
+}
+
+std::vector<float> ReadCode(const std::filesystem::path& path, int latent) {
+  constexpr uint64_t kMostBytes = 1 << 20;
+  std::string text = ReadFile(path, kMostBytes);
+  std::replace(text.begin(), text.end(), ',', ' ');
+  TextLines lines(path, text);
+  std::vector<float> code;
+  while (lines.Next()) {
+    for (const std::string_view word : lines.Words()) code.push_back(static_cast<float>(lines.Number(word)));
+  }
+  if (code.size() != static_cast<size_t>(latent)) {
+    throw FileError(path, fmt::format("holds {} numbers; this avatar's codes have {}", code.size(), latent));
+  }
+  return code;
+}
+
+}  // namespace likeness

@@ -1,0 +1,28 @@
+// Which of an avatar's codes to show.
+
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "likeness/avatar/avatar.h"
+
+namespace likeness {
+
+// Mean of the avatar's codes, a face at rest; zeros, where training put the middle, when it has none.
+std::vector<float> MeanCode(const Avatar& avatar);
+
+// The code that `name` means: "mean", a number from 0 (the avatar's codes in their order), or "SEGMENT/FRAME". Throws
+// Error that says what there is for anything else.
+struct NamedCode {
+  std::vector<float> mu;             // [latent]
+  const FrameCode* frame = nullptr;  // none for the mean
+};
+NamedCode FindCode(const Avatar& avatar, const std::string& name);
+
+// Reads a code from a text file: as many numbers as the avatar's latent code has, parted by blanks, commas or lines.
+// Throws Error with the line.
+std::vector<float> ReadCode(const std::filesystem::path& path, int latent);
+
+}  // namespace likeness

@@ -1,0 +1,74 @@
+#include "likeness/simulate/open_head.h"
+
+#include <charconv>
+#include <cstdlib>
+#include <system_error>
+#include <vector>
+
+#include "likeness/base/error.h"
+#include "likeness/base/file.h"
+#include "likeness/simulate/human/human_head.h"
+#include "likeness/simulate/procedural_head.h"
+
+namespace likeness {
+namespace {
+
+uint64_t ReadSeed(const std::string& spec, const std::string& text) {
+  uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    throw Error("head '{}': '{}' is no seed, expected a whole number", spec, text);
+  }
+  return seed;
+}
+
+std::filesystem::path FindHeadData(const std::filesystem::path& given) {
+  std::vector<std::filesystem::path> places;
+  if (!given.empty()) {
+    places = {given};
+  } else {
+    if (const char* variable = std::getenv("LIKENESS_HEAD_DATA"); variable != nullptr && *variable != 0) {
+      places.emplace_back(variable);
+    }
+    places.emplace_back(".deps/head-data");
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    if (!error) places.push_back(program.parent_path().parent_path() / "share/likeness/head-data");
+  }
+  std::string searched;
+  for (const std::filesystem::path& place : places) {
+    if (std::filesystem::is_directory(place / "mpfb2")) return place;
+    searched += (searched.empty() ? "" : ", ") + place.string();
+  }
+  throw Error(
+      "there are no MakeHuman head data (searched {}): run scripts/setup, name them with --head-data, or use --head "
+      "procedural",
+      searched);
+}
+
+HumanRecipe ReadHumanRecipe(const std::string& spec, const std::string& detail) {
+  if (detail.empty()) throw Error("head '{}': expected human:SEED or human:FILE.toml", spec);
+  if (detail.ends_with(".toml")) return ReadRecipe(detail);
+  return RecipeFromSeed(ReadSeed(spec, detail));
+}
+
+}  // namespace
+
+OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data) {
+  const size_t colon = spec.find(':');
+  const std::string kind = spec.substr(0, colon);
+  const std::string detail = colon == std::string::npos ? "" : spec.substr(colon + 1);
+  if (kind == "human") {
+    const HumanRecipe recipe = ReadHumanRecipe(spec, detail);
+    return {MakeHumanHead(FindHeadData(head_data), recipe), RecipeText(recipe)};
+  }
+  if (kind == "procedural" || kind == "plain") {
+    ProceduralOptions options;
+    options.plain = kind == "plain";
+    options.seed = detail.empty() ? 0 : ReadSeed(spec, detail);
+    return {MakeProceduralHead(options), ""};
+  }
+  throw Error("there is no head '{}', expected human:SEED, human:FILE.toml, procedural or plain", spec);
+}
+
+}  // namespace likeness

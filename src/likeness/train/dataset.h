@@ -1,0 +1,102 @@
+// What training reads of an unwrapped capture: the training cameras' textures of the training frames, with meshes and
+// averages, kept in memory as bytes where they fit.
+
+#pragma once
+
+#include <torch/types.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "likeness/capture/capture.h"
+#include "likeness/texture/texture_set.h"
+#include "likeness/train/standardise.h"
+
+namespace likeness {
+
+// Some textures with what the network needs to predict them; standardised, float32, on the CPU. F frames, N textures,
+// N a multiple of F: texture n belongs to frame n / (N / F). Textures are stored row by row with channels interleaved
+// ("channels last") and seen as [., 3, S, S].
+struct Batch {
+  torch::Tensor average;   // [F, 3, S, S]; 0 where no camera sees a texel
+  torch::Tensor vertices;  // [F, 3 V]
+  torch::Tensor texture;   // [N, 3, S, S]; 0 where not seen
+  torch::Tensor seen;      // [N, 1, S, S]; 1 or 0: the loss's weight w
+  torch::Tensor view;      // [N, 3]
+};
+
+class Dataset {
+ public:
+  // One texture.
+  struct Sample {
+    int frame = 0;  // index into frames()
+    std::string camera;
+    Eigen::Vector3f view;  // head space
+  };
+
+  // Reads meshes and statistics now, textures when they are first needed. Throws Error when nothing is left to train
+  // on, or when a file is absent or wrong. Capture and textures are borrowed.
+  Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes);
+
+  int size() const { return textures_.size(); }
+  const std::vector<FrameId>& frames() const { return frames_; }
+  const std::vector<Sample>& samples() const { return samples_; }
+  // Indices into samples(), for every frame.
+  const std::vector<std::vector<int>>& samples_of_frame() const { return samples_of_frame_; }
+  const Statistics& statistics() const { return statistics_; }
+
+  // The samples' batch. `samples` come in groups of `views` that share a frame. Safe from several threads.
+  Batch Read(const std::vector<int>& samples, int views) const;
+
+  // Averages and vertices alone, to encode frames [begin, end).
+  Batch ReadFrames(int begin, int end) const;
+
+ private:
+  struct Texels {
+    ImageU8 texture;
+    ImageU8 seen;
+  };
+  // A texture read once; empty while it was not, or when it does not fit the cache.
+  struct Slot {
+    std::once_flag once;
+    std::shared_ptr<const Texels> texels;
+  };
+  std::shared_ptr<const Texels> ReadTexels(int slot) const;
+  std::shared_ptr<const Texels> LoadTexels(int slot) const;
+
+  const TextureSet& textures_;
+  std::vector<FrameId> frames_;
+  std::vector<Vertices> vertices_;
+  std::vector<Sample> samples_;
+  std::vector<std::vector<int>> samples_of_frame_;
+  Statistics statistics_;
+  size_t cache_slots_ = 0;
+  mutable std::atomic<size_t> used_slots_ = 0;
+  mutable std::vector<Slot> slots_;  // samples, then the frames' averages
+};
+
+// The order in which training sees the samples: a function of seed and position alone, so that a run can be taken up
+// anywhere. An epoch shuffles every frame's samples, cuts them into groups of `views` (the last one takes some again)
+// and shuffles the groups.
+class SampleOrder {
+ public:
+  SampleOrder(std::vector<std::vector<int>> samples_of_frame, int views, uint64_t seed);
+
+  // The samples of batch `iteration`; `batch` is a multiple of views.
+  std::vector<int> Samples(int64_t iteration, int batch) const;
+
+  int64_t groups_per_epoch() const { return groups_per_epoch_; }
+
+ private:
+  std::vector<std::vector<int>> Epoch(int64_t epoch) const;
+
+  std::vector<std::vector<int>> samples_of_frame_;
+  int views_;
+  uint64_t seed_;
+  int64_t groups_per_epoch_ = 0;
+};
+
+}  // namespace likeness

@@ -1,0 +1,14 @@
+// Where tensors live: the one place that turns --device into LibTorch's device.
+
+#pragma once
+
+#include <torch/types.h>
+
+#include <string>
+
+namespace likeness {
+
+// "cpu", or "cuda" or "cuda:N" where LibTorch finds such a GPU. Throws Error otherwise, saying what there is.
+torch::Device FindDevice(const std::string& name);
+
+}  // namespace likeness

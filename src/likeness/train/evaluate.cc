@@ -1,0 +1,286 @@
+#include "likeness/train/evaluate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "likeness/base/error.h"
+#include "likeness/base/parallel.h"
+#include "likeness/base/progress.h"
+#include "likeness/base/random.h"
+#include "likeness/image/resize.h"
+#include "likeness/render/rasterizer.h"
+
+namespace likeness {
+namespace {
+
+// One image to look at.
+struct Task {
+  EvaluationGroup group;
+  const FrameId* frame;
+  const Camera* camera;
+  bool keep_picture = false;
+};
+
+struct Measurement {
+  SquaredError error;
+  double ssim = 0;
+  double vertex_mm = 0;
+  int64_t head_pixels = 0;
+  int64_t uncovered_pixels = 0;
+  bool unmasked = false;
+  std::optional<EvaluatedPicture> picture;
+};
+
+// One of every `size / count` in a row, at random: spread evenly, and in step with no pattern of the capture's.
+std::vector<size_t> Stratified(size_t size, size_t count, uint64_t seed) {
+  std::vector<size_t> chosen;
+  if (count == 0 || count >= size) {
+    for (size_t i = 0; i < size; ++i) chosen.push_back(i);
+    return chosen;
+  }
+  Random random(seed);
+  for (size_t i = 0; i < count; ++i) {
+    const size_t begin = i * size / count, end = (i + 1) * size / count;
+    chosen.push_back(begin + static_cast<size_t>(random.Below(static_cast<int64_t>(end - begin))));
+  }
+  return chosen;
+}
+
+// Marks tasks evenly over the list, each time one of a camera that has been shown least.
+void KeepPictures(size_t count, std::vector<Task>* tasks) {
+  count = std::min(count, tasks->size());
+  std::map<const Camera*, int> shown;
+  for (size_t i = 0; i < count; ++i) {
+    const auto begin = tasks->begin() + static_cast<std::ptrdiff_t>(i * tasks->size() / count);
+    const auto end = tasks->begin() + static_cast<std::ptrdiff_t>((i + 1) * tasks->size() / count);
+    const auto chosen =
+        std::min_element(begin, end, [&](const Task& a, const Task& b) { return shown[a.camera] < shown[b.camera]; });
+    chosen->keep_picture = true;
+    ++shown[chosen->camera];
+  }
+}
+
+std::vector<Task> ChooseTasks(const Capture& capture, const EvaluationOptions& options) {
+  std::vector<Task> tasks;
+  for (const EvaluationGroup group : kEvaluationGroups) {
+    const bool new_camera = group == EvaluationGroup::kHeldOutCameras || group == EvaluationGroup::kHeldOutBoth;
+    const bool new_segment = group == EvaluationGroup::kHeldOutSegments || group == EvaluationGroup::kHeldOutBoth;
+    const Split& split = capture.split();
+    std::vector<Task> all;
+    for (const FrameId& frame : capture.frames()) {
+      if (split.IsHeldOutSegment(frame.segment) != new_segment) continue;
+      for (const std::string& name : new_camera ? split.held_out_cameras : split.training_cameras) {
+        const Camera& camera = capture.FindCamera(name);
+        if (capture.HasCameraImage(frame, camera)) all.push_back({group, &frame, &camera});
+      }
+    }
+    std::vector<Task> chosen;
+    for (const size_t i : Stratified(all.size(), static_cast<size_t>(options.max_images), options.seed)) {
+      chosen.push_back(all[i]);
+    }
+    KeepPictures(static_cast<size_t>(options.pictures), &chosen);
+    tasks.insert(tasks.end(), chosen.begin(), chosen.end());
+  }
+  return tasks;
+}
+
+std::vector<int> VerticesInTriangles(const MeshTopology& topology) {
+  std::vector<int> used;
+  for (const Eigen::Vector3i& triangle : topology.triangles) used.insert(used.end(), triangle.begin(), triangle.end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  return used;
+}
+
+double MeanDistance(const Vertices& a, const Vertices& b, const std::vector<int>& vertices) {
+  double sum = 0;
+  for (const int i : vertices) sum += (a.row(i) - b.row(i)).cast<double>().norm();
+  return sum / static_cast<double>(vertices.size());
+}
+
+// 255 where at least half of a pixel counts.
+void Binarise(ImageU8* mask) {
+  for (uint8_t& value : mask->values()) value = value >= 128 ? 255 : 0;
+}
+
+class Evaluator {
+ public:
+  Evaluator(const Capture& capture, const FrameDecoder& decoder, const EvaluationOptions& options)
+      : capture_(capture), decoder_(decoder), used_vertices_(VerticesInTriangles(capture.topology())) {
+    draw_options_.supersample = options.supersample;
+  }
+
+  Measurement Measure(const Task& task, const TrackedFrame& tracked, const std::vector<float>& code) const {
+    const Camera& camera = *task.camera;
+    const MeshTopology& topology = capture_.topology();
+    const DecodedFrame decoded = decoder_.Decode(code, ViewVector(camera, tracked.world_from_head));
+    if (decoded.vertices_in_head.rows() != topology.vertex_count) {
+      throw Error("the avatar has {} vertices, but the capture {} has {}", decoded.vertices_in_head.rows(),
+                  capture_.root().string(), topology.vertex_count);
+    }
+    const Rendering ours = Draw(decoded.vertices_in_head, decoded.texture, camera, tracked);
+    const ImageU8 truth = capture_.ReadCameraImage(*task.frame, camera);
+    Measurement m;
+    std::optional<ImageU8> mask = capture_.ReadHeadMask(*task.frame, camera);
+    m.unmasked = !mask.has_value();
+    // The tracked mesh, not the avatar's: the pixels that count must not depend on what is judged.
+    if (!mask) mask = Draw(tracked.vertices_in_head, decoded.texture, camera, tracked).coverage;
+    Binarise(&*mask);
+    m.error = MaskedSquaredError(truth, ours.colour, *mask);
+    m.ssim = MaskedSsim(truth, ours.colour, *mask);
+    m.vertex_mm = MeanDistance(decoded.vertices_in_head, tracked.vertices_in_head, used_vertices_);
+    for (size_t i = 0; i < mask->values().size(); ++i) {
+      if (mask->values()[i] == 0) continue;
+      ++m.head_pixels;
+      m.uncovered_pixels += ours.coverage.values()[i] < 128;
+    }
+    if (task.keep_picture) {
+      m.picture = EvaluatedPicture{task.group, *task.frame,           camera.name,    truth, ours.colour,
+                                   *mask,      ToU8(decoded.texture), m.error.Mean(), m.ssim};
+    }
+    return m;
+  }
+
+ private:
+  Rendering Draw(const Vertices& vertices, const ImageF& texture, const Camera& camera,
+                 const TrackedFrame& tracked) const {
+    return DrawMesh(vertices, capture_.topology(), texture, camera, tracked.world_from_head, draw_options_);
+  }
+
+  const Capture& capture_;
+  const FrameDecoder& decoder_;
+  const std::vector<int> used_vertices_;
+  DrawOptions draw_options_;
+};
+
+// Tasks of the same frame together, so that each is read and encoded once.
+std::vector<std::vector<size_t>> ByFrame(const std::vector<Task>& tasks) {
+  std::vector<size_t> order(tasks.size());
+  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return tasks[a].frame < tasks[b].frame; });
+  std::vector<std::vector<size_t>> frames;
+  for (const size_t i : order) {
+    if (frames.empty() || tasks[frames.back().front()].frame != tasks[i].frame) frames.emplace_back();
+    frames.back().push_back(i);
+  }
+  return frames;
+}
+
+nlohmann::ordered_json JsonOf(const GroupResult& group) {
+  nlohmann::ordered_json json;
+  for (const char* key : {"mse", "psnr_db", "ssim", "vertex_mm"}) json[key] = nullptr;
+  if (group.images > 0) {
+    json["mse"] = group.error.Mean();
+    if (group.error.sum > 0) json["psnr_db"] = PsnrDb(group.error.Mean());
+    json["ssim"] = group.ssim;
+    json["vertex_mm"] = group.vertex_mm;
+  }
+  json["images"] = group.images;
+  json["uncovered"] = group.uncovered;
+  json["images_unmasked"] = group.images_unmasked;
+  return json;
+}
+
+}  // namespace
+
+std::string ToString(EvaluationGroup group) {
+  switch (group) {
+    case EvaluationGroup::kTraining:
+      return "training";
+    case EvaluationGroup::kHeldOutCameras:
+      return "held_out_cameras";
+    case EvaluationGroup::kHeldOutSegments:
+      return "held_out_segments";
+    case EvaluationGroup::kHeldOutBoth:
+      return "held_out_both";
+  }
+  return "";
+}
+
+void EvaluationOptions::Check() const {
+  if (max_images < 0) throw Error("max-images must be 0 (all) or more, not {}", max_images);
+  if (pictures < 0 || pictures > 1000) throw Error("a group keeps 0 ... 1000 pictures, not {}", pictures);
+  DrawOptions render;
+  render.supersample = supersample;
+  render.Check();
+}
+
+EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,
+                          const EvaluationOptions& options) {
+  options.Check();
+  const std::vector<Task> tasks = ChooseTasks(capture, options);
+  if (tasks.empty()) throw Error("{}: no frame has an image to compare with", capture.root().string());
+  const std::vector<std::vector<size_t>> frames = ByFrame(tasks);
+  const Evaluator evaluator(capture, decoder, options);
+  std::vector<Measurement> measurements(tasks.size());
+  Progress progress("evaluate", static_cast<int64_t>(tasks.size()), "images");
+  ParallelFor(static_cast<int64_t>(frames.size()), [&](int64_t f) {
+    const FrameId& frame = *tasks[frames[f].front()].frame;
+    const TrackedFrame tracked = capture.ReadTracked(frame);
+    const std::vector<float> code = encode(frame, tracked);
+    for (const size_t i : frames[f]) {
+      measurements[i] = evaluator.Measure(tasks[i], tracked, code);
+      progress.Advance();
+    }
+  });
+  progress.Finish();
+
+  EvaluationResult result;
+  std::array<int64_t, 4> head_pixels = {}, uncovered_pixels = {};
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    const auto g = static_cast<size_t>(tasks[i].group);
+    GroupResult& group = result.groups[g];
+    ++group.images;
+    group.error += measurements[i].error;
+    group.ssim += measurements[i].ssim;
+    group.vertex_mm += measurements[i].vertex_mm;
+    group.images_unmasked += measurements[i].unmasked;
+    head_pixels[g] += measurements[i].head_pixels;
+    uncovered_pixels[g] += measurements[i].uncovered_pixels;
+    if (measurements[i].picture) result.pictures.push_back(std::move(*measurements[i].picture));
+  }
+  for (size_t g = 0; g < result.groups.size(); ++g) {
+    GroupResult& group = result.groups[g];
+    group.group = kEvaluationGroups[g];
+    if (group.images > 0) group.ssim /= group.images, group.vertex_mm /= group.images;
+    if (head_pixels[g] > 0) {
+      group.uncovered = static_cast<double>(uncovered_pixels[g]) / static_cast<double>(head_pixels[g]);
+    }
+  }
+  return result;
+}
+
+std::string ToText(const EvaluationResult& result) {
+  std::string text = fmt::format("{:<18} {:>7} {:>9} {:>9} {:>7} {:>10} {:>10}\n", "", "images", "MSE", "PSNR", "SSIM",
+                                 "vertices", "uncovered");
+  int unmasked = 0;
+  for (const GroupResult& group : result.groups) {
+    unmasked += group.images_unmasked;
+    if (group.images == 0) {
+      text += fmt::format("{:<18} {:>7}\n", ToString(group.group), 0);
+      continue;
+    }
+    text += fmt::format("{:<18} {:>7} {:>9.2f} {:>6.2f} dB {:>7.4f} {:>7.3f} mm {:>8.2f} %\n", ToString(group.group),
+                        group.images, group.error.Mean(), PsnrDb(group.error.Mean()), group.ssim, group.vertex_mm,
+                        100 * group.uncovered);
+  }
+  text +=
+      "\nover head pixels, 0 ... 255 units; PSNR is that of the group's MSE; uncovered head pixels count as black\n";
+  if (unmasked > 0) {
+    text += fmt::format("{} images have no head mask: the tracked mesh's outline stood in for it\n", unmasked);
+  }
+  return text;
+}
+
+std::string ToJson(const EvaluationResult& result) {
+  nlohmann::ordered_json json;
+  for (const GroupResult& group : result.groups) json[ToString(group.group)] = JsonOf(group);
+  return json.dump(2);
+}
+
+}  // namespace likeness

@@ -1,0 +1,250 @@
+#include "likeness/train/evaluate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "likeness/base/testing.h"
+#include "likeness/capture/layout.h"
+#include "likeness/capture/writer.h"
+#include "likeness/image/resize.h"
+#include "likeness/render/rasterizer.h"
+
+namespace likeness {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A ball of 90 mm with a patterned texture, one vertex that no triangle uses, four frames in two segments, three
+// cameras. Its images are drawn from the truth, so a decoder that tells the truth must get no error at all.
+class EvaluateTest : public ::testing::Test {
+ protected:
+  EvaluateTest() : writer_(scratch_ / "capture") {
+    MakeBall();
+    for (int i = 0; i < 3; ++i) {
+      cameras_.push_back(LookAt({500.0 * (i - 1), 100, 900}, {0, 0, 0}, {0, 1, 0}, 300, 70, 80));
+      cameras_.back().name = kCameraNames[i];
+    }
+    writer_.WriteCalibration(cameras_);
+    writer_.WriteFrameList(frames_);
+    writer_.WriteSplit({{"a", "b"}, {"new"}, {"talk"}});
+    writer_.WriteObj(frames_[0], vertices_, topology_);
+    for (size_t f = 0; f < frames_.size(); ++f) {
+      const TrackedFrame tracked = Tracked(f);
+      writer_.WriteTracked(frames_[f], tracked);
+      for (const Camera& camera : cameras_) {
+        const Rendering image =
+            DrawMesh(tracked.vertices_in_head, topology_, Texture(f), camera, tracked.world_from_head, {});
+        writer_.WriteImage(frames_[f], camera.name, image.colour);
+        // Fully covered pixels only: there an offset of the texture is an offset of the picture.
+        ImageU8 mask = image.coverage;
+        for (uint8_t& value : mask.values()) value = value == 255 ? 255 : 0;
+        writer_.WriteHeadMask(frames_[f], camera.name, mask);
+      }
+    }
+    capture_ = OpenCapture(scratch_ / "capture");
+  }
+
+  void MakeBall() {
+    constexpr int kColumns = 24, kRows = 12;
+    vertices_.resize((kColumns + 1) * (kRows + 1) + 1, 3);
+    for (int r = 0; r <= kRows; ++r) {
+      for (int c = 0; c <= kColumns; ++c) {
+        const double turn = 2 * M_PI * c / kColumns, tilt = M_PI * r / kRows;
+        vertices_.row(r * (kColumns + 1) + c) << static_cast<float>(90 * std::sin(tilt) * std::sin(turn)),
+            static_cast<float>(90 * std::cos(tilt)), static_cast<float>(90 * std::sin(tilt) * std::cos(turn));
+        topology_.uvs.emplace_back(static_cast<float>(c) / kColumns, 1 - static_cast<float>(r) / kRows);
+      }
+    }
+    for (int r = 0; r < kRows; ++r) {
+      for (int c = 0; c < kColumns; ++c) {
+        const int i = r * (kColumns + 1) + c, below = i + kColumns + 1;
+        topology_.triangles.emplace_back(i, below, below + 1);
+        topology_.triangles.emplace_back(i, below + 1, i + 1);
+      }
+    }
+    topology_.triangle_uvs = topology_.triangles;
+    topology_.vertex_count = static_cast<int>(vertices_.rows());
+    vertices_.row(vertices_.rows() - 1) << 1e4f, 1e4f, 1e4f;
+  }
+
+  TrackedFrame Tracked(size_t frame) const {
+    const auto f = static_cast<double>(frame);
+    return {vertices_ * static_cast<float>(1 + 0.05 * f),
+            {RotationFromYawPitchRoll(0.2 * f, 0.1, -0.1 * f), {f, 2, 3}}};
+  }
+
+  static ImageF Texture(size_t frame) {
+    ImageF texture(64, 64, 3);
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          const double wave = std::sin(0.4 * x + c) * std::cos(0.3 * y + static_cast<double>(frame));
+          texture.at(x, y)[c] = static_cast<float>(std::round(120 + 60 * wave));
+        }
+      }
+    }
+    return texture;
+  }
+
+  // Knows the truth and departs from it as told.
+  struct Teller : FrameDecoder {
+    const EvaluateTest* test = nullptr;
+    std::function<float(size_t frame, const Eigen::Vector3d& view)> texture_offset = [](size_t, const auto&) {
+      return 0.0f;
+    };
+    Eigen::RowVector3f vertex_offset = Eigen::RowVector3f::Zero();
+
+    DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view) const override {
+      const auto frame = static_cast<size_t>(code[0]);
+      DecodedFrame decoded = {Texture(frame), test->Tracked(frame).vertices_in_head};
+      for (float& value : decoded.texture.values()) value += texture_offset(frame, view);
+      decoded.vertices_in_head.rowwise() += vertex_offset;
+      return decoded;
+    }
+  };
+
+  Teller MakeTeller() const {
+    Teller teller;
+    teller.test = this;
+    return teller;
+  }
+
+  EvaluationResult Run(const FrameDecoder& decoder, const EvaluationOptions& options = {}) const {
+    const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
+      const auto index = std::find(frames_.begin(), frames_.end(), frame) - frames_.begin();
+      return std::vector<float>{static_cast<float>(index)};
+    };
+    return Evaluate(*capture_, encode, decoder, options);
+  }
+
+  static constexpr std::array kCameraNames = {"a", "new", "b"};
+
+  ScratchFolder scratch_;
+  CaptureWriter writer_;
+  std::vector<Camera> cameras_;
+  const std::vector<FrameId> frames_ = {{"smile", "01"}, {"smile", "02"}, {"talk_1", "03"}, {"smile", "04"}};
+  Vertices vertices_;
+  MeshTopology topology_;
+  std::unique_ptr<Capture> capture_;
+};
+
+TEST_F(EvaluateTest, TruthHasNoError) {
+  const EvaluationResult result = Run(MakeTeller());
+  const std::array<int, 4> images = {6, 3, 2, 1};
+  for (size_t g = 0; g < 4; ++g) {
+    const GroupResult& group = result.groups[g];
+    EXPECT_EQ(group.images, images[g]);
+    EXPECT_GT(group.error.count, 1000 * images[g]);
+    EXPECT_EQ(group.error.sum, 0);
+    EXPECT_NEAR(group.ssim, 1, 1e-6);
+    EXPECT_NEAR(group.vertex_mm, 0, 1e-6);
+    EXPECT_EQ(group.uncovered, 0);
+    EXPECT_EQ(group.images_unmasked, 0);
+  }
+}
+
+TEST_F(EvaluateTest, GroupsAreKeptApart) {
+  // Off by 5 for the new camera, by 3 more in the held-out segment.
+  Teller teller = MakeTeller();
+  teller.texture_offset = [&](size_t frame, const Eigen::Vector3d& view) {
+    const bool new_camera = (view - ViewVector(cameras_[1], Tracked(frame).world_from_head)).norm() < 1e-6;
+    return (new_camera ? 5.0f : 0.0f) + (frame == 2 ? 3.0f : 0.0f);
+  };
+  const EvaluationResult result = Run(teller);
+  EXPECT_NEAR(result.Of(EvaluationGroup::kTraining).error.Mean(), 0, 1e-9);
+  EXPECT_NEAR(result.Of(EvaluationGroup::kHeldOutCameras).error.Mean(), 25, 1e-9);
+  EXPECT_NEAR(result.Of(EvaluationGroup::kHeldOutSegments).error.Mean(), 9, 1e-9);
+  EXPECT_NEAR(result.Of(EvaluationGroup::kHeldOutBoth).error.Mean(), 64, 1e-9);
+  const auto json = nlohmann::json::parse(ToJson(result));
+  EXPECT_TRUE(json["training"]["psnr_db"].is_null());
+  EXPECT_NEAR(json["held_out_cameras"]["psnr_db"], PsnrDb(25), 1e-9);
+  EXPECT_EQ(json["held_out_both"]["images"], 1);
+  EXPECT_THAT(ToText(result), HasSubstr("25.00"));
+}
+
+TEST_F(EvaluateTest, VertexErrorIsInMillimetresOfUsedVertices) {
+  Teller teller = MakeTeller();
+  teller.vertex_offset = {3, -4, 0};
+  for (const GroupResult& group : Run(teller).groups) EXPECT_NEAR(group.vertex_mm, 5, 1e-4);
+}
+
+TEST_F(EvaluateTest, UncoveredHeadPixelsCountAsBlack) {
+  Teller teller = MakeTeller();
+  teller.vertex_offset = {0, 5000, 0};  // out of every picture
+  EvaluationOptions options;
+  options.pictures = 100;
+  const EvaluationResult result = Run(teller, options);
+  for (const GroupResult& group : result.groups) EXPECT_EQ(group.uncovered, 1);
+  for (const EvaluatedPicture& picture : result.pictures) {
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < picture.mask.values().size(); ++i) {
+      if (picture.mask.values()[i] == 0) continue;
+      for (int c = 0; c < 3; ++c) sum += std::pow(picture.truth.values()[3 * i + c], 2);
+      count += 3;
+    }
+    EXPECT_NEAR(picture.mse, sum / count, 1e-6);
+  }
+}
+
+TEST_F(EvaluateTest, TheTrackedOutlineStandsInForAMask) {
+  std::filesystem::remove_all(scratch_ / "capture" / "masks" / "smile");
+  Teller teller = MakeTeller();
+  teller.vertex_offset = {0, 5000, 0};
+  const EvaluationResult result = Run(teller);
+  EXPECT_EQ(result.Of(EvaluationGroup::kTraining).images_unmasked, 6);
+  EXPECT_EQ(result.Of(EvaluationGroup::kHeldOutSegments).images_unmasked, 0);
+  // Although the avatar is out of the picture, the head's pixels count.
+  EXPECT_GT(result.Of(EvaluationGroup::kTraining).error.count, 6 * 1000);
+  EXPECT_EQ(result.Of(EvaluationGroup::kTraining).uncovered, 1);
+  EXPECT_THAT(ToText(result), HasSubstr("outline"));
+}
+
+TEST_F(EvaluateTest, ImagesThatAreAbsentAreLeftOut) {
+  std::filesystem::remove(writer_.layout().Image(frames_[0], "a"));
+  std::filesystem::remove(writer_.layout().Image(frames_[2], "new"));
+  const EvaluationResult result = Run(MakeTeller());
+  EXPECT_EQ(result.Of(EvaluationGroup::kTraining).images, 5);
+  EXPECT_EQ(result.Of(EvaluationGroup::kHeldOutBoth).images, 0);
+  EXPECT_TRUE(nlohmann::json::parse(ToJson(result))["held_out_both"]["mse"].is_null());
+}
+
+TEST_F(EvaluateTest, FewerImagesAndPicturesWhenAsked) {
+  EvaluationOptions options;
+  options.max_images = 2;
+  options.pictures = 1;
+  const EvaluationResult once = Run(MakeTeller(), options), twice = Run(MakeTeller(), options);
+  EXPECT_EQ(once.Of(EvaluationGroup::kTraining).images, 2);
+  EXPECT_EQ(once.Of(EvaluationGroup::kHeldOutBoth).images, 1);
+  ASSERT_EQ(once.pictures.size(), 4u);
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(once.pictures[i].group, kEvaluationGroups[i]);
+    EXPECT_EQ(once.pictures[i].frame, twice.pictures[i].frame);
+    EXPECT_EQ(once.pictures[i].camera, twice.pictures[i].camera);
+    EXPECT_EQ(once.pictures[i].truth, once.pictures[i].ours);
+    EXPECT_EQ(once.pictures[i].texture.width(), 64);
+  }
+  // As many cameras as there are come into the pictures.
+  options = {};
+  options.pictures = 2;
+  const EvaluationResult pairs = Run(MakeTeller(), options);
+  ASSERT_EQ(pairs.pictures.size(), 7u);
+  EXPECT_NE(pairs.pictures[0].camera, pairs.pictures[1].camera);
+  EXPECT_NE(pairs.pictures[0].frame, pairs.pictures[1].frame);
+  options.max_images = -1;
+  EXPECT_THAT(ErrorOf([&] { Run(MakeTeller(), options); }), HasSubstr("max-images"));
+}
+
+TEST_F(EvaluateTest, AnAvatarOfAnotherMeshIsRefused) {
+  struct Stranger : FrameDecoder {
+    DecodedFrame Decode(std::span<const float>, const Eigen::Vector3d&) const override {
+      return {ImageF(4, 4, 3), Vertices::Zero(5, 3)};
+    }
+  };
+  EXPECT_THAT(ErrorOf([&] { Run(Stranger()); }), HasSubstr("5 vertices"));
+}
+
+}  // namespace
+}  // namespace likeness

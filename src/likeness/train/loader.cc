@@ -1,0 +1,62 @@
+#include "likeness/train/loader.h"
+
+#include <chrono>
+
+namespace likeness {
+
+Loader::Loader(const Dataset& dataset, SampleOrder order, int batch, int views, int64_t first, int workers)
+    : dataset_(dataset),
+      order_(std::move(order)),
+      batch_(batch),
+      views_(views),
+      ahead_(workers + 1),
+      taken_(first),
+      claimed_(first) {
+  for (int i = 0; i < workers; ++i) workers_.emplace_back([this] { Work(); });
+}
+
+Loader::~Loader() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+void Loader::Work() {
+  try {
+    while (true) {
+      int64_t mine = 0;
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return stop_ || claimed_ < taken_ + ahead_; });
+        if (stop_) return;
+        mine = claimed_++;
+      }
+      Batch batch = dataset_.Read(order_.Samples(mine, batch_), views_);
+      {
+        const std::lock_guard lock(mutex_);
+        ready_.emplace(mine, std::move(batch));
+      }
+      changed_.notify_all();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    error_ = std::current_exception();
+    changed_.notify_all();
+  }
+}
+
+Batch Loader::Next() {
+  const auto begin = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return error_ || ready_.count(taken_) != 0; });
+  waited_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (error_) std::rethrow_exception(error_);
+  Batch batch = std::move(ready_.extract(taken_++).mapped());
+  changed_.notify_all();
+  return batch;
+}
+
+}  // namespace likeness

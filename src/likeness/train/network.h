@@ -1,0 +1,97 @@
+// The avatar's network on LibTorch: encoder and decoder of the architecture, trainable or as an avatar file holds them.
+
+#pragma once
+
+#include <torch/types.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "likeness/avatar/avatar.h"
+#include "likeness/avatar/tensor_registry.h"
+
+namespace likeness {
+
+// A tensor that the optimiser changes.
+struct Parameter {
+  std::string name;  // "decoder.mesh_fc.direction"
+  torch::Tensor value;
+};
+
+// One layer of the registry. With weight normalisation (Salimans & Kingma 2016, equation 2) the weight of each output
+// channel o is gain_o * direction_o / |direction_o|, and the parameters are NAME.direction, NAME.gain and NAME.bias;
+// otherwise they are NAME.weight and NAME.bias.
+class Layer {
+ public:
+  // Random weights: normal, scaled so that inputs of mean square 1 give outputs of mean square gain^2. Biases are zero.
+  Layer(const LayerInfo& info, Normalisation normalisation, double gain, torch::Generator generator,
+        torch::TensorOptions options);
+  // Weights as they are.
+  Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias);
+
+  //   x        [N, in] for a linear layer, [N, in, H, W] otherwise
+  //   returns  [N, out], [N, out, H / 2, W / 2] or [N, out, 2 H, 2 W]
+  torch::Tensor operator()(const torch::Tensor& x) const;
+
+  const LayerInfo& info() const { return info_; }
+  torch::Tensor Weight() const;  // effective, in the registry's shape
+  const torch::Tensor& bias() const { return bias_; }
+  std::vector<Parameter> parameters() const;
+
+ private:
+  LayerInfo info_;
+  torch::Tensor weight_;  // the direction under weight normalisation
+  torch::Tensor gain_;    // [out]; undefined without
+  torch::Tensor bias_;
+};
+
+// Everything is standardised: textures [N, 3, S, S] with row 0 at v = 1, vertices [N, 3 V] x y z after x y z.
+class Network {
+ public:
+  // Random weights by seed, on options' device and of its type (float32; float64 for tests).
+  Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options = torch::kFloat32);
+  // The weights of an avatar file; they are borrowed where options name the CPU and float32, so keep them alive.
+  Network(const Architecture& architecture, const std::map<std::string, Tensor>& weights,
+          torch::TensorOptions options = torch::kFloat32);
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
+  struct Encoding {
+    torch::Tensor mu;         // [N, latent]
+    torch::Tensor log_sigma;  // [N, latent]
+  };
+  Encoding Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices) const;
+
+  struct Decoding {
+    torch::Tensor texture;   // [N, 3, S, S]
+    torch::Tensor vertices;  // [N, 3 V]
+  };
+  //   code  [N, latent]
+  //   view  [N, 3] unit vectors from the head's centre to the viewer, head space
+  Decoding Decode(const torch::Tensor& code, const torch::Tensor& view) const;
+  // The vertices alone: they do not depend on the view.
+  torch::Tensor DecodeVertices(const torch::Tensor& code) const;
+
+  const Architecture& architecture() const { return architecture_; }
+  const Layer& layer(const std::string& name) const;
+
+  // All parameters, in the registry's order; they share memory with the network.
+  std::vector<Parameter> parameters() const;
+
+  // The effective weights, as an avatar file holds them.
+  std::map<std::string, Tensor> Folded() const;
+
+ private:
+  void Connect();
+  torch::Tensor CodeFeatures(const torch::Tensor& code) const;
+
+  Architecture architecture_;
+  std::vector<Layer> layers_;  // in the registry's order; fixed after construction
+  std::map<std::string, const Layer*> by_name_;
+  std::vector<const Layer*> texture_encoder_;  // from the image inwards
+  std::vector<const Layer*> texture_decoder_;  // from the inside to the image
+};
+
+}  // namespace likeness

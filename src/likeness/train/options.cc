@@ -1,0 +1,111 @@
+#include "likeness/train/options.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "likeness/base/error.h"
+
+namespace likeness {
+
+namespace {
+
+void InRange(const char* name, double value, double least, double most) {
+  if (!(value >= least && value <= most)) throw Error("--{} is {}; expected {} to {}", name, value, least, most);
+}
+
+}  // namespace
+
+void TrainOptions::Check() const {
+  const std::vector<std::string>& presets = PresetNames();
+  if (std::find(presets.begin(), presets.end(), preset) == presets.end()) {
+    throw Error("--preset is '{}'; known are {}", preset, fmt::join(presets, ", "));
+  }
+  if (schedule != "cosine" && schedule != "constant") {
+    throw Error("--schedule is '{}'; known are constant, cosine", schedule);
+  }
+  InRange("size", size, 0, 4096);
+  InRange("iterations", static_cast<double>(iterations), 0, 1e9);
+  InRange("minutes", minutes, 0, 1e6);
+  if (iterations == 0 && minutes == 0) throw Error("--iterations and --minutes are both 0; the run would never end");
+  InRange("batch", batch, 1, 4096);
+  InRange("views", views, 1, batch);
+  if (batch % views != 0) throw Error("--batch is {}, no multiple of --views {}", batch, views);
+  InRange("learning-rate", learning_rate, 1e-9, 1);
+  InRange("warmup", warmup, 0, 1);
+  InRange("clip", clip, 0, 1e9);
+  InRange("average", average, 0, 1);
+  InRange("loss.texture", loss.texture, 0, 1e9);
+  InRange("loss.geometry", loss.geometry, 0, 1e9);
+  InRange("loss.kl", loss.kl, 0, 1e9);
+  InRange("save-minutes", save_minutes, 0, 1e6);
+  InRange("log-every", log_every, 1, 1e6);
+  InRange("workers", workers, 1, 64);
+  InRange("cache-mb", cache_mb, 0, 1e7);
+}
+
+std::vector<std::string> TrainOptions::Fingerprint() const {
+  std::vector<std::string> lines;
+  const auto add = [&](const char* name, const auto& value) { lines.push_back(fmt::format("{} = {}", name, value)); };
+  add("size", size);
+  add("latent", latent);
+  add("model", model);
+  add("conditioning", conditioning);
+  add("normalisation", normalisation);
+  add("untied-bias", untied_bias);
+  add("geometry", geometry);
+  add("iterations", iterations);
+  add("minutes", minutes);
+  add("batch", batch);
+  add("views", views);
+  add("learning-rate", learning_rate);
+  add("schedule", schedule);
+  add("warmup", warmup);
+  add("clip", clip);
+  add("average", average);
+  add("loss.texture", loss.texture);
+  add("loss.geometry", loss.geometry);
+  add("loss.kl", loss.kl);
+  add("seed", seed);
+  return lines;
+}
+
+const std::vector<std::string>& PresetNames() {
+  static const std::vector<std::string> names = {"demo", "paper"};
+  return names;
+}
+
+TrainOptions PresetOptions(const std::string& preset) {
+  TrainOptions options;
+  options.preset = preset;
+  if (preset == "paper") {
+    options.iterations = 200'000;
+    options.minutes = 0;
+    options.views = 1;
+    options.learning_rate = 3e-4;
+    options.schedule = "constant";
+    options.warmup = 0;
+    options.clip = 0;
+    options.average = 0;
+  }
+  options.Check();
+  return options;
+}
+
+Architecture ArchitectureFrom(const TrainOptions& options, int size, int vertex_count) {
+  Architecture architecture;
+  architecture.preset = options.preset;
+  architecture.model = ParseModelKind(options.model);
+  architecture.texture_size = size;
+  architecture.vertex_count = vertex_count;
+  architecture.latent = options.latent;
+  architecture.conditioning = ParseConditioning(options.conditioning);
+  architecture.normalisation = ParseNormalisation(options.normalisation);
+  architecture.untied_bias = ParseUntiedBias(options.untied_bias);
+  architecture.geometry = ParseGeometry(options.geometry);
+  architecture.Check();
+  return architecture;
+}
+
+}  // namespace likeness

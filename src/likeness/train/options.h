@@ -1,0 +1,74 @@
+// What `likeness train` can be told.
+
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "likeness/avatar/architecture.h"
+#include "likeness/capture/capture.h"
+
+namespace likeness {
+
+struct LossWeights {
+  double texture = 1;   // lambda_T
+  double geometry = 1;  // lambda_M
+  double kl = 0.01;     // lambda_Z
+};
+
+struct TrainOptions {
+  std::filesystem::path capture;  // unwrapped at `size`
+  std::filesystem::path out;      // folder
+  CaptureOptions capture_options;
+
+  std::string preset = "demo";  // see PresetNames()
+  int size = 0;                 // texels a side; 0: the largest that the capture is unwrapped at
+  int latent = 128;
+  std::string model = "deep";
+  std::string conditioning = "fc8";
+  std::string normalisation = "weight";
+  std::string untied_bias = "everywhere";
+  std::string geometry = "tracked";
+
+  // The run ends at whichever comes first; 0 sets no limit of that kind.
+  int64_t iterations = 0;
+  double minutes = 7;  // of training, not counting the reading of the capture
+
+  int batch = 16;  // textures in a step
+  // Textures of one frame that share a step: the frame is encoded once for all of them, so that more textures are
+  // seen in the same time. 1 draws every texture on its own, as the paper does.
+  int views = 4;
+
+  double learning_rate = 1e-3;
+  std::string schedule = "cosine";  // "constant", or "cosine": from learning_rate to 0 over the length of the run
+  double warmup = 0.02;             // share of the run in which the rate rises to learning_rate
+  double clip = 1;                  // largest norm of all gradients together; 0 does not clip
+  double average = 0.02;  // the avatar's weights are a mean over about this share of the run's end; 0: the last
+  LossWeights loss;
+
+  uint64_t seed = 0;
+  std::string device = "cpu";
+  double save_minutes = 5;  // between checkpoints
+  int log_every = 10;       // iterations
+  int workers = 1;          // threads that read ahead
+  int cache_mb = 8192;      // memory for textures; those beyond are read again when needed
+  bool resume = true;       // go on from OUT's checkpoint; otherwise start afresh
+
+  // Throws Error naming the option.
+  void Check() const;
+
+  // The options that decide the result, one "name = value" each; a checkpoint is continued only if they are the same.
+  std::vector<std::string> Fingerprint() const;
+};
+
+// "demo": the best picture after some minutes on a few cores. "paper": Lombardi et al. 2018, 200,000 iterations at a
+// constant rate; the rate itself, which the paper does not tell, is Multiface's.
+const std::vector<std::string>& PresetNames();
+TrainOptions PresetOptions(const std::string& preset);
+
+// The network for a capture of this many vertices. Throws Error for choices that are unknown or not available yet.
+Architecture ArchitectureFrom(const TrainOptions& options, int size, int vertex_count);
+
+}  // namespace likeness

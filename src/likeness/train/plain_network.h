@@ -1,0 +1,109 @@
+// The network once more, slow and plain, in double precision and without LibTorch: what tests compare with.
+
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "likeness/avatar/avatar.h"
+#include "likeness/avatar/tensor_registry.h"
+
+namespace likeness {
+
+struct PlainNetwork {
+  Architecture architecture;
+  std::map<std::string, Tensor> weights;  // folded
+
+  using Values = std::vector<double>;
+
+  // One layer for one sample, values channel by channel and row by row.
+  //   size  side of the input; 1 for a linear layer
+  Values Apply(const std::string& name, const Values& x, int size) const {
+    const LayerInfo info = Find(name);
+    const std::vector<float>& w = weights.at(name + ".weight").values;
+    const std::vector<float>& b = weights.at(name + ".bias").values;
+    const int out_size = info.out_size;
+    Values y(static_cast<size_t>(info.out) * out_size * out_size, 0.0);
+    for (size_t i = 0; i < y.size(); ++i) y[i] = info.untied_bias ? b[i] : b[i / (out_size * out_size)];
+    if (info.kind == LayerKind::kLinear) {
+      for (int o = 0; o < info.out; ++o) {
+        for (int i = 0; i < info.in; ++i) y[o] += w[static_cast<size_t>(o) * info.in + i] * x[i];
+      }
+      return y;
+    }
+    // A convolution takes large to small: large = 2 * small - 1 + tap. A transposed one goes the other way.
+    const bool transposed = info.kind == LayerKind::kTransposedConvolution;
+    const int small = transposed ? size : out_size, large = 2 * small;
+    for (int o = 0; o < info.out; ++o) {
+      for (int i = 0; i < info.in; ++i) {
+        for (int sy = 0; sy < small; ++sy) {
+          for (int sx = 0; sx < small; ++sx) {
+            for (int ky = 0; ky < 4; ++ky) {
+              for (int kx = 0; kx < 4; ++kx) {
+                const int ly = 2 * sy - 1 + ky, lx = 2 * sx - 1 + kx;
+                if (ly < 0 || lx < 0 || ly >= large || lx >= large) continue;
+                if (transposed) {
+                  y[(o * large + ly) * large + lx] +=
+                      w[((i * info.out + o) * 4 + ky) * 4 + kx] * x[(i * small + sy) * small + sx];
+                } else {
+                  y[(o * small + sy) * small + sx] +=
+                      w[((o * info.in + i) * 4 + ky) * 4 + kx] * x[(i * large + ly) * large + lx];
+                }
+              }
+            }
+          }
+        }
+      }
+    }
+    return y;
+  }
+
+  static Values Activate(Values x) {
+    for (double& v : x) v = v < 0 ? 0.2 * v : v;
+    return x;
+  }
+
+  static Values Concatenate(Values a, const Values& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+  }
+
+  // mu, then log sigma.
+  Values Encode(Values texture, const Values& vertices) const {
+    int size = architecture.texture_size;
+    for (size_t i = 0; size > 4; ++i, size /= 2) {
+      texture = Activate(Apply("encoder.texture_conv." + std::to_string(i), texture, size));
+    }
+    const Values both =
+        Concatenate(Activate(Apply("encoder.texture_fc", texture, 1)), Activate(Apply("encoder.mesh_fc", vertices, 1)));
+    return Concatenate(Apply("encoder.mu_fc", both, 1), Apply("encoder.log_sigma_fc", both, 1));
+  }
+
+  Values DecodeVertices(const Values& code) const {
+    return Apply("decoder.mesh_fc", Activate(Apply("decoder.code_fc", code, 1)), 1);
+  }
+
+  Values DecodeTexture(const Values& code, Values view) const {
+    if (weights.count("decoder.view_fc.weight") != 0) view = Activate(Apply("decoder.view_fc", view, 1));
+    const Values joined = Concatenate(view, Activate(Apply("decoder.code_fc", code, 1)));
+    Values texture = Activate(Apply("decoder.texture_fc", joined, 1));
+    int size = 4;
+    for (size_t i = 0; size < architecture.texture_size; ++i, size *= 2) {
+      texture = Apply("decoder.texture_conv." + std::to_string(i), texture, size);
+      if (2 * size < architecture.texture_size) texture = Activate(texture);
+    }
+    return texture;
+  }
+
+ private:
+  LayerInfo Find(const std::string& name) const {
+    for (const LayerInfo& info : Layers(architecture)) {
+      if (info.name == name) return info;
+    }
+    return {};
+  }
+};
+
+}  // namespace likeness

@@ -1,0 +1,20 @@
+// A small unwrapped capture with a known law, written for tests in milliseconds: textures that depend on the frame's
+// state and on the view, a mesh that depends on the state, texels that side cameras do not see.
+
+#pragma once
+
+#include <filesystem>
+
+namespace likeness {
+
+struct SyntheticCapture {
+  int size = 16;  // texels a side
+  int cameras = 4;
+  int held_out_cameras = 1;  // of these, the last ones
+  int frames = 6;            // in segment "a"; segment "held" has two more, held out
+  int grid = 4;              // vertices a side of the mesh
+
+  void Write(const std::filesystem::path& root) const;
+};
+
+}  // namespace likeness

@@ -1,0 +1,256 @@
+#include "likeness/train/trainer.h"
+
+#include <ATen/Parallel.h>
+#include <malloc.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "likeness/base/error.h"
+#include "likeness/base/file.h"
+#include "likeness/base/log.h"
+#include "likeness/base/parallel.h"
+#include "likeness/base/progress.h"
+#include "likeness/base/random.h"
+#include "likeness/capture/capture.h"
+#include "likeness/texture/texture_set.h"
+#include "likeness/train/checkpoint.h"
+#include "likeness/train/dataset.h"
+#include "likeness/train/device.h"
+#include "likeness/train/loader.h"
+#include "likeness/train/run_log.h"
+#include "likeness/train/step.h"
+
+namespace likeness {
+
+namespace {
+
+constexpr int64_t kAverageEvery = 4;        // steps between updates of the mean weights: each reads all of them
+constexpr int64_t kMostSkippedInARow = 50;  // steps that are not finite before the run gives up
+constexpr int kPreviewSamples = 3;
+
+double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+int LargestSize(const std::filesystem::path& capture) {
+  const std::vector<int> sizes = TextureSizes(capture);
+  if (sizes.empty()) {
+    throw Error("{}: has no unwrapped textures; make them: likeness unwrap {}", capture.string(), capture.string());
+  }
+  return sizes.back();
+}
+
+Batch ToDevice(const Batch& batch, torch::Device device) {
+  if (device.is_cpu()) return batch;
+  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device), batch.seen.to(device),
+          batch.view.to(device)};
+}
+
+// Where a run stands between its beginning, 0, and its end, 1.
+double Position(const TrainOptions& options, const RunState& run) {
+  double position = 0;
+  if (options.iterations > 0) position = static_cast<double>(run.iteration) / static_cast<double>(options.iterations);
+  if (options.minutes > 0) position = std::max(position, run.elapsed_s / (60 * options.minutes));
+  return std::min(position, 1.0);
+}
+
+double LearningRate(const TrainOptions& options, double position) {
+  const double rise = options.warmup > 0 ? std::min(1.0, (position + 1e-3) / options.warmup) : 1;
+  const double fall = options.schedule == "cosine" ? 0.5 * (1 + std::cos(M_PI * position)) : 1;
+  return options.learning_rate * rise * fall;
+}
+
+// The decay with which a running mean reaches over `share` of a run's length.
+double AverageDecay(double share, const RunState& run, double position) {
+  const double steps = static_cast<double>(run.iteration + 1);
+  const double reach = std::max(1.0, share * steps / std::max(position, 1e-6));
+  return std::min(std::exp(-static_cast<double>(kAverageEvery) / reach), steps / (steps + 10));
+}
+
+// Codes of all frames, by the network as it is.
+std::vector<FrameCode> EncodeFrames(const Network& network, const Dataset& dataset, int batch, torch::Device device) {
+  const torch::NoGradGuard no_grad;
+  std::vector<FrameCode> codes;
+  const int count = static_cast<int>(dataset.frames().size());
+  for (int begin = 0; begin < count; begin += batch) {
+    const Batch frames = dataset.ReadFrames(begin, std::min(count, begin + batch));
+    const torch::Tensor mu =
+        network.Encode(frames.average.to(device), frames.vertices.to(device)).mu.cpu().contiguous();
+    const float* values = mu.const_data_ptr<float>();
+    for (int64_t i = 0; i < mu.size(0); ++i, values += mu.size(1)) {
+      const FrameId& frame = dataset.frames()[begin + i];
+      codes.push_back({frame.segment, frame.frame, {values, values + mu.size(1)}});
+    }
+  }
+  return codes;
+}
+
+// Rows of truth, prediction and five-fold difference, for samples spread over the capture; unseen texels are grey.
+ImageU8 Preview(const Network& network, const Dataset& dataset, torch::Device device) {
+  const torch::NoGradGuard no_grad;
+  const int size = dataset.size(), total = static_cast<int>(dataset.samples().size());
+  const int rows = std::min(kPreviewSamples, total);
+  ImageU8 picture(3 * size, rows * size, 3, 128);
+  for (int row = 0; row < rows; ++row) {
+    const Batch batch = dataset.Read({static_cast<int>((row + 0.5) * total / rows)}, 1);
+    const torch::Tensor mu = network.Encode(batch.average.to(device), batch.vertices.to(device)).mu;
+    const torch::Tensor prediction =
+        network.Decode(mu, batch.view.to(device)).texture.cpu().permute({0, 2, 3, 1}).contiguous();
+    const torch::Tensor target = batch.texture.permute({0, 2, 3, 1}).contiguous();
+    const ImageF predicted = RestoreTexture(dataset.statistics(), prediction.const_data_ptr<float>());
+    const ImageF truth = RestoreTexture(dataset.statistics(), target.const_data_ptr<float>());
+    const float* seen = batch.seen.const_data_ptr<float>();
+    const auto byte = [](float value) { return static_cast<uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); };
+    for (int y = 0; y < size; ++y) {
+      for (int x = 0; x < size; ++x) {
+        const bool valid = seen[y * size + x] != 0;
+        for (int c = 0; c < 3; ++c) {
+          const float is = predicted.at(x, y)[c], should = truth.at(x, y)[c];
+          picture.at(size + x, row * size + y)[c] = byte(is);
+          if (!valid) continue;
+          picture.at(x, row * size + y)[c] = byte(should);
+          picture.at(2 * size + x, row * size + y)[c] = byte(128 + 5 * (is - should));
+        }
+      }
+    }
+  }
+  return picture;
+}
+
+Avatar MakeAvatar(const Network& network, const Dataset& dataset, const MeshTopology& topology,
+                  const TrainOptions& options, const RunState& run, torch::Device device) {
+  Avatar avatar;
+  avatar.architecture = network.architecture();
+  avatar.topology = topology;
+  const Statistics& statistics = dataset.statistics();
+  avatar.texture_mean = statistics.texture_mean;
+  avatar.texture_variance = std::pow(static_cast<double>(statistics.texture_deviation), 2);
+  avatar.vertex_mean = statistics.vertex_mean;
+  avatar.vertex_variance = std::pow(static_cast<double>(statistics.vertex_deviation), 2);
+  avatar.weights = network.Folded();
+  avatar.codes = EncodeFrames(network, dataset, options.batch, device);
+  avatar.training = {{"iterations", fmt::format("{}", run.iteration)},
+                     {"samples", fmt::format("{}", run.iteration * options.batch)},
+                     {"elapsed_s", fmt::format("{:.1f}", run.elapsed_s)},
+                     {"frames", fmt::format("{}", dataset.frames().size())},
+                     {"textures", fmt::format("{}", dataset.samples().size())}};
+  for (const std::string& line : options.Fingerprint()) {
+    const size_t equals = line.find(" = ");
+    avatar.training["option." + line.substr(0, equals)] = line.substr(equals + 3);
+  }
+  return avatar;
+}
+
+// What the progress line shows behind the count.
+std::string Note(const TrainOptions& options, const RunState& run, const StepValues& values, double samples_per_s) {
+  const double position = std::max(Position(options, run), 1e-9);
+  return fmt::format("loss {:.4f} (texture {:.4f}, geometry {:.4f}, KL {:.2f}), {:.1f} samples/s, {} left",
+                     values.total, values.texture, values.geometry, values.kl, samples_per_s,
+                     FormatDuration(run.elapsed_s * (1 - position) / position));
+}
+
+}  // namespace
+
+void KeepMemory() {
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  mallopt(M_TOP_PAD, 256 << 20);
+  mallopt(M_ARENA_MAX, 1);                               // an arena of its own would not hold a thread's large tensors
+  setenv("THP_MEM_ALLOC_ENABLE", "1", /*overwrite=*/0);  // LibTorch's allocator then asks for huge pages
+}
+
+TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop) {
+  options.Check();
+  at::set_num_threads(ThreadCount());
+  const torch::Device device = FindDevice(options.device);
+  const auto capture = OpenCapture(options.capture, options.capture_options);
+  const TextureSet textures(*capture, options.size > 0 ? options.size : LargestSize(options.capture));
+  const Architecture architecture = ArchitectureFrom(options, textures.size(), capture->topology().vertex_count);
+  const Dataset dataset(*capture, textures, static_cast<size_t>(options.cache_mb) << 20);
+  LogInfo("train on {} textures of {} frames, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
+          dataset.frames().size(), dataset.size(), dataset.size(),
+          static_cast<double>(ParameterCount(architecture)) * 1e-6);
+
+  const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device));
+  Optimiser optimiser(network.parameters());
+  const std::filesystem::path checkpoint = options.out / "checkpoint.safetensors";
+  RunState run;
+  if (options.resume && std::filesystem::exists(checkpoint)) {
+    run = LoadCheckpoint(checkpoint, architecture, options.Fingerprint(), optimiser.State());
+    LogInfo("go on from iteration {} of {}", run.iteration, checkpoint.string());
+  }
+  const auto save = [&] { SaveCheckpoint(checkpoint, run, architecture, options.Fingerprint(), optimiser.State()); };
+
+  const int64_t first = run.iteration;
+  const double earlier_s = run.elapsed_s;
+  RunLog log(options.out, first);
+  TrainResult result;
+  {
+    Loader loader(dataset, SampleOrder(dataset.samples_of_frame(), options.views, options.seed), options.batch,
+                  options.views, first, options.workers);
+    Progress progress("train", options.minutes > 0 ? 0 : options.iterations, "iterations");
+    progress.Skip(first);
+    const auto start = std::chrono::steady_clock::now();
+    auto saved = start;
+    bool stopped = false;
+    while (!stopped && Position(options, run) < 1) {
+      const double position = Position(options, run);
+      const double rate = LearningRate(options, position);
+      const Batch batch = ToDevice(loader.Next(), device);
+      const StepValues values =
+          TrainStep(network, optimiser, batch, options.loss,
+                    Hash({options.seed, 1, static_cast<uint64_t>(run.iteration)}), rate, options.clip);
+      run.skipped += values.skipped ? 1 : 0;
+      run.skipped_in_a_row = values.skipped ? run.skipped_in_a_row + 1 : 0;
+      if (run.skipped_in_a_row >= kMostSkippedInARow) {
+        throw Error(
+            "the loss or its gradient was not finite in {} steps in a row (iteration {}); try a smaller "
+            "--learning-rate; {} holds the last good state",
+            kMostSkippedInARow, run.iteration, checkpoint.string());
+      }
+      if (options.average > 0 && run.iteration % kAverageEvery == 0) {
+        optimiser.Average(AverageDecay(options.average, run, position));
+      }
+      ++run.iteration;
+      const auto now = std::chrono::steady_clock::now();
+      run.elapsed_s = earlier_s + Seconds(now - start);
+      result.samples_per_s = static_cast<double>((run.iteration - first) * options.batch) / Seconds(now - start);
+      log.Add(values, rate);
+      if (run.iteration % options.log_every == 0 || Position(options, run) >= 1) {
+        progress.Note(Note(options, run, log.Means(), result.samples_per_s));
+        log.Write(run);
+      }
+      progress.Advance();
+      stopped = stop();
+      if (Seconds(now - saved) > 60 * options.save_minutes) {
+        save();
+        log.WritePicture(run, Preview(network, dataset, device));
+        saved = now;
+      }
+    }
+    result.waiting = loader.waited_s() / std::max(1e-9, run.elapsed_s - earlier_s);
+  }
+
+  result.iterations = run.iteration;
+  result.samples = run.iteration * options.batch;
+  result.skipped = run.skipped;
+  result.elapsed_s = run.elapsed_s;
+  result.finished = Position(options, run) >= 1;
+  const StepValues last = log.LastMeans();
+  result.loss = last.total;
+  result.loss_texture = last.texture;
+  result.loss_geometry = last.geometry;
+  result.loss_kl = last.kl;
+  if (run.iteration > first) save();
+  if (!result.finished) return result;
+
+  result.avatar = options.out / "avatar.safetensors";
+  if (run.iteration == first && std::filesystem::exists(result.avatar)) return result;
+  if (options.average > 0) optimiser.SwapAverage();
+  SaveAvatar(result.avatar, MakeAvatar(network, dataset, capture->topology(), options, run, device));
+  log.WritePicture(run, Preview(network, dataset, device));
+  return result;
+}
+
+}  // namespace likeness
