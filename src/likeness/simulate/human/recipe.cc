@@ -167,6 +167,7 @@ void HumanRecipe::Check(const std::string& what) const {
   VisitFractions(*this, [&](const char* key, double value) {
     if (!(value >= 0 && value <= 1)) throw Error("{}: '{}' is {}, expected a number in [0, 1]", what, key, value);
   });
+  if (seed >> 63 != 0) throw Error("{}: 'seed' is {}, expected less than 2^63, TOML's largest number", what, seed);
   if (african + asian + caucasian <= 0) throw Error("{}: one of african, asian and caucasian must be above 0", what);
   if (texture_size < 256 || texture_size > 4096) {
     throw Error("{}: 'texture_size' is {}, expected 256 to 4096", what, texture_size);
