@@ -15,10 +15,10 @@ Eigen::Vector3f SkinColour(float melanin, float haemoglobin) {
 }
 
 Eigen::Vector3f HairColour(float melanin, float redness, float grey) {
-  const Eigen::Array3f eumelanin(1.6f, 2.3f, 3.6f), pheomelanin(0.2f, 1.3f, 2.6f);
+  const Eigen::Array3f eumelanin(1.7f, 2.3f, 3.2f), pheomelanin(0.2f, 1.3f, 2.6f);
   const Eigen::Array3f coloured =
-      0.62f *
-      (-(0.25f + 1.45f * melanin * melanin) * eumelanin - 0.5f * redness * (1.1f - melanin) * pheomelanin).exp();
+      0.006f +
+      0.62f * (-(0.25f + 2 * melanin * melanin) * eumelanin - 0.5f * redness * (1.1f - melanin) * pheomelanin).exp();
   return coloured + grey * (Eigen::Array3f(0.34f, 0.33f, 0.32f) - coloured);
 }
 

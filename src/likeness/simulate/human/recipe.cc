@@ -167,6 +167,7 @@ void HumanRecipe::Check(const std::string& what) const {
   VisitFractions(*this, [&](const char* key, double value) {
     if (!(value >= 0 && value <= 1)) throw Error("{}: '{}' is {}, expected a number in [0, 1]", what, key, value);
   });
+  if (seed >> 63 != 0) throw Error("{}: 'seed' is {}, expected less than 2^63, TOML's largest number", what, seed);
   if (african + asian + caucasian <= 0) throw Error("{}: one of african, asian and caucasian must be above 0", what);
   if (texture_size < 256 || texture_size > 4096) {
     throw Error("{}: 'texture_size' is {}, expected 256 to 4096", what, texture_size);
@@ -214,7 +215,7 @@ HumanRecipe RecipeFromSeed(uint64_t seed) {
   r.hair_melanin = r.caucasian > 0.5 ? hair.Uniform(0.25, 1) : hair.Uniform(0.85, 1);
   r.hair_redness = hair.Uniform(0, r.caucasian > 0.5 ? 0.8 : 0.3);
   r.grey = std::clamp((r.age - 0.25) * hair.Uniform(0.5, 2.5), 0.0, 1.0);
-  r.scalp_hair = is_male ? hair.Uniform(0.5, 1) : hair.Uniform(0.85, 1);
+  r.scalp_hair = is_male ? hair.Uniform(0.75, 1) : hair.Uniform(0.9, 1);
   r.hair_length = hair.Uniform(0.15, 1);
   r.hairline = is_male ? std::clamp(hair.Uniform(0.1, 0.5) + 0.5 * r.age, 0.0, 1.0) : hair.Uniform(0, 0.25);
   r.brows = is_male ? hair.Uniform(0.55, 1) : hair.Uniform(0.35, 0.7);

@@ -60,6 +60,8 @@ TEST(Recipe, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(ReadError("texture_size = 1000000000000\n"), "ann.toml: 'texture_size' is 1048576, expected 256 to 4096");
   EXPECT_EQ(ReadError("caucasian = 0\n"), "ann.toml: one of african, asian and caucasian must be above 0");
   EXPECT_EQ(ReadError("local = 3\n"), "ann.toml:1: 'local' must be a table of local shapes");
+  EXPECT_NE(ErrorOf([] { RecipeFromSeed(~uint64_t{0}).Check("x"); }).find("expected less than 2^63"),
+            std::string::npos);
   EXPECT_NE(ReadError("melanin = \n"), "");
   EXPECT_NE(ReadError("melanin = 0.5\n\xff\xfe\n"), "");
 }
