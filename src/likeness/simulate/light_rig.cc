@@ -20,7 +20,9 @@ LightRig EvenLights(int count, float white) {
     const double radius = std::sqrt(1 - y * y);
     const double azimuth = count == 1 ? 0 : kGoldenAngle * i;
     const Eigen::Vector3d direction(radius * std::sin(azimuth), y, radius * std::cos(azimuth));
-    const double strength = 1 + 0.45 * direction.y() + 0.25 * direction.z();
+    // A broad key light: several lights wide, so that it shapes the face and shows as a highlight.
+    const double key = std::max(0.0, direction.dot(Eigen::Vector3d(0.3, 0.55, 0.8).normalized()));
+    const double strength = 0.42 + 0.15 * direction.y() + 4.5 * std::pow(key, 20);
     rig.lights.push_back({direction.cast<float>(), static_cast<float>(strength)});
     facing += strength * std::max(0.0, direction.z());
   }

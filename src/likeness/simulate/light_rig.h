@@ -16,12 +16,12 @@ struct Light {
 struct LightRig {
   std::vector<Light> lights;
   // Half the angle that one light spans, radians: highlights on wet surfaces are as large as this.
-  float angular_radius = 0.04f;
+  float angular_radius = 0.08f;
 };
 
-// `count` lights, evenly spread over the sphere (a Fibonacci lattice), somewhat brighter above and in front, as a stage
-// with a person standing in it is. A white diffuse surface that faces +z in the open sends out `white` (linear, 1 is
-// the image's white). Lombardi et al. 2018 use 200 point lights.
-LightRig EvenLights(int count, float white = 0.9f);
+// `count` lights, evenly spread over the sphere (a Fibonacci lattice). Those in front and above, a little to the
+// subject's left, are brighter: wholly even light leaves a face flat. A white diffuse surface that faces +z in the open
+// sends out `white` (linear, 1 is the image's white). Lombardi et al. 2018 use 200 point lights.
+LightRig EvenLights(int count, float white = 0.75f);
 
 }  // namespace likeness

@@ -15,16 +15,14 @@ bool CastsShadow(const Material& material) {
   return material.casts_shadow && !material.transparent && material.albedo.channels() != 4;
 }
 
-// Both sides of a card of lashes or hair can be lit.
-bool IsTwoSided(const Material& material) { return material.albedo.channels() == 4; }
-
-void FindVisibleLights(const RayScene& casters, const LightTable& lights, const Eigen::Vector3f& position,
-                       const Eigen::Vector3f& normal, const Material& material, uint8_t* visibility) {
+// Returns the openness.
+float FindVisibleLights(const RayScene& casters, const LightTable& lights, const Eigen::Vector3f& position,
+                        const Eigen::Vector3f& normal, const Material& material, uint8_t* visibility) {
   constexpr int kGroup = LightTable::kGroup;
   const float wrap = *std::max_element(material.scatter.begin(), material.scatter.end());
-  const bool two_sided = IsTwoSided(material);
   // Normal maps lean the surface towards lights that its vertex does not face.
-  const float lowest = two_sided ? -2 : -0.2f - wrap;
+  const float lowest = -0.2f - wrap;
+  float arriving = 0, possible = 0;
   for (int begin = 0; begin < lights.size(); begin += kGroup) {
     std::array<Ray, kGroup> rays;
     std::array<int, kGroup> index;
@@ -35,15 +33,22 @@ void FindVisibleLights(const RayScene& casters, const LightTable& lights, const 
       Eigen::Vector3f direction = lights.Direction(i);
       const float facing = normal.dot(direction);
       if (facing < lowest) continue;
-      if (!two_sided && facing < 0.02f) direction += (0.02f - facing) * normal;
-      const Eigen::Vector3f lift = two_sided ? direction : normal;
-      rays[count] = {position + kOffsetMm * lift, direction};
+      if (facing < 0.02f) direction += (0.02f - facing) * normal;
+      rays[count] = {position + kOffsetMm * normal, direction};
       index[count++] = i;
     }
     if (count == 0) continue;
     const uint32_t occluded = casters.Occluded16(std::span(rays.data(), count));
-    for (size_t i = 0; i < count; ++i) visibility[index[i]] = (occluded >> i & 1) != 0 ? 0 : 255;
+    for (size_t i = 0; i < count; ++i) {
+      const bool seen = (occluded >> i & 1) == 0;
+      visibility[index[i]] = seen ? 255 : 0;
+      const float facing = normal.dot(lights.Direction(index[i]));
+      const float light = lights.Irradiance(index[i]) * std::max(facing, 0.0f);
+      possible += light;
+      if (seen) arriving += light;
+    }
   }
+  return possible > 0 ? arriving / possible : 1;
 }
 
 }  // namespace
@@ -71,14 +76,16 @@ LitHead LightHead(const Head& head, const PosedHead& posed, const RigidTransform
   for (size_t s = 0; s < surfaces.size(); ++s) {
     const int64_t vertices = lit.positions[s].rows();
     std::vector<uint8_t> visibility(static_cast<size_t>(vertices) * lights->size());
+    std::vector<float> openness(static_cast<size_t>(vertices));
     constexpr int64_t kChunk = 256;
     ParallelFor((vertices + kChunk - 1) / kChunk, [&](int64_t chunk) {
       for (int64_t v = chunk * kChunk; v < std::min(vertices, (chunk + 1) * kChunk); ++v) {
-        FindVisibleLights(casters, *lights, lit.positions[s].row(v), lit.normals[s].row(v), surfaces[s].material,
-                          visibility.data() + v * lights->size());
+        openness[v] = FindVisibleLights(casters, *lights, lit.positions[s].row(v), lit.normals[s].row(v),
+                                        surfaces[s].material, visibility.data() + v * lights->size());
       }
     });
     lit.visibility.push_back(std::move(visibility));
+    lit.openness.push_back(std::move(openness));
   }
   return lit;
 }

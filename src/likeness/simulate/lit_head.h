@@ -18,6 +18,8 @@ struct LitHead {
   std::vector<Vertices> normals;                 // world space, unit
   RayScene scene;                                // mesh i is surface i
   std::vector<std::vector<uint8_t>> visibility;  // per surface [vertex][light of the table], 0 hidden ... 255 seen
+  // Per surface and vertex: the part of the light that would arrive there if nothing stood in its way, 0 ... 1.
+  std::vector<std::vector<float>> openness;
 };
 
 // Places the head and, with `lights`, finds which lights each vertex sees: one shadow ray a vertex and light against

@@ -16,6 +16,10 @@ using Eigen::Vector3f;
 
 // Rays that pass a transparent or partly covered surface go on; after this many surfaces they end.
 constexpr int kMostLayers = 16;
+// Below this share of a ray nobody sees what follows.
+constexpr float kLeastOpen = 0.01f;
+// Rays go on this far behind a surface.
+constexpr float kStepMm = 1e-3f;
 
 float LinearFromSrgb(float value) {
   return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
@@ -207,7 +211,8 @@ HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray&
     fragment.smooth += fragment.weights[k] * lit.normals[found.mesh].row(fragment.corners[k]).transpose();
   }
   const Vector3f edge1 = corners[1] - corners[0], edge2 = corners[2] - corners[0];
-  const bool behind = edge1.cross(edge2).dot(fragment.view) < 0;
+  // Hairs are round: a card of them looks the same from both sides.
+  const bool behind = material.albedo.channels() != 4 && edge1.cross(edge2).dot(fragment.view) < 0;
   fragment.smooth = fragment.smooth.stableNormalized() * (behind ? -1.0f : 1.0f);
   fragment.normal = fragment.smooth;
   if (!material.normal_map.empty()) {
@@ -229,32 +234,22 @@ HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray&
   return fragment;
 }
 
-// Follows one ray through transparent and partly covered surfaces, from its first meeting on. Returns its coverage.
-float HeadRenderer::Trace(const LitHead& lit, Ray ray, RayHit found, float share,
-                          std::vector<Fragment>* fragments) const {
-  float open = 1;  // how much of the ray goes on
-  for (int layer = 0; layer < kMostLayers && found.mesh >= 0; ++layer) {
-    Fragment fragment = MakeFragment(lit, ray, found);
-    const bool transparent = head_.surfaces()[found.mesh].material.transparent;
-    const float coverage = transparent ? 0 : fragment.share;
-    if (fragment.share > 0) {
-      const float weight = share * open * fragment.share;
-      fragment.share = 1;
-      fragment.Weigh(weight);
-      const auto same = std::find_if(fragments->begin(), fragments->end(),
-                                     [&](const Fragment& other) { return other.SameSurface(fragment); });
-      if (same != fragments->end()) {
-        same->Join(fragment);
-      } else {
-        fragments->push_back(fragment);
-      }
-    }
-    open *= 1 - coverage;
-    if (open < 0.004f) break;
-    ray.t_min = found.t + 1e-3f;  // t counts in millimetres
-    found = lit.scene.Intersect(ray);
+// Adds what a ray meets to its pixel's fragments. `open` is how much of the ray came so far; returns how much goes on.
+float HeadRenderer::Meet(const LitHead& lit, const Ray& ray, const RayHit& found, float open, float share,
+                         std::vector<Fragment>* fragments) const {
+  Fragment fragment = MakeFragment(lit, ray, found);
+  if (fragment.share == 0) return open;
+  const float coverage = fragment.share;
+  fragment.share = 1;
+  fragment.Weigh(share * open * coverage);
+  const auto same = std::find_if(fragments->begin(), fragments->end(),
+                                 [&](const Fragment& other) { return other.SameSurface(fragment); });
+  if (same != fragments->end()) {
+    same->Join(fragment);
+  } else {
+    fragments->push_back(fragment);
   }
-  return share * (1 - open);
+  return head_.surfaces()[found.mesh].material.transparent ? open : open * (1 - coverage);
 }
 
 // Returns the light that a fragment sends towards the camera, weighted with its share.
@@ -287,8 +282,14 @@ Vector3f HeadRenderer::Shade(const LitHead& lit, const Fragment& fragment) const
   Vector3f colour = Vector3f::Constant(fragment.share * material.coat * sum.coat);
   if (material.transparent) return colour;
   const float kept = 1 - fragment.specular * scale * material.specular_f0;  // what the specular layer lets through
+  float openness = 0;
+  for (int k = 0; k < 3; ++k) {
+    openness += fragment.weights[k] * lit.openness[fragment.surface][static_cast<size_t>(fragment.corners[k])];
+  }
   for (int c = 0; c < 3; ++c) {
-    colour[c] += kept * fragment.albedo[c] * sum.diffuse[c] + fragment.specular * sum.specular;
+    // What hides the lights is of much the same colour and as bright as this point, and sends light here in turn.
+    const float bounced = 1 + (1 - openness) * fragment.albedo[c] * scale;
+    colour[c] += kept * fragment.albedo[c] * bounced * sum.diffuse[c] + fragment.specular * sum.specular;
   }
   return colour;
 }
@@ -317,35 +318,55 @@ HeadPicture HeadRenderer::Render(const LitHead& lit, const Camera& camera) const
   const float share = 1.0f / static_cast<float>(options_.samples);
   const bool full = options_.shading == Shading::kFull;
   constexpr size_t kPacket = 16;
-  const int pixels_at_once = std::max(1, static_cast<int>(kPacket) / options_.samples);
+  const int samples = options_.samples;
+  const int pixels_at_once = std::max(1, static_cast<int>(kPacket) / samples);
   ParallelFor(box.y1 - box.y0, [&](int64_t row) {
     const int y = box.y0 + static_cast<int>(row);
-    std::vector<Ray> rays;
+    // Of a few pixels: the rays, how much of each goes on, and which ones do.
+    std::vector<Ray> rays, packet;
     std::vector<RayHit> hits;
-    std::vector<Fragment> fragments;
+    std::vector<float> open;
+    std::vector<int> going_on;
+    std::vector<std::vector<Fragment>> fragments(static_cast<size_t>(pixels_at_once));
     for (int first = box.x0; first < box.x1; first += pixels_at_once) {
       const int end = std::min(first + pixels_at_once, box.x1);
       rays.clear();
+      going_on.clear();
       for (int x = first; x < end; ++x) {
+        fragments[static_cast<size_t>(x - first)].clear();
         for (const Eigen::Vector2d& position : positions) {
           const Eigen::Vector3d direction = unproject * Eigen::Vector3d(x + position.x(), y + position.y(), 1);
+          going_on.push_back(static_cast<int>(rays.size()));
           rays.push_back({origin, direction.normalized().cast<float>()});
         }
       }
-      hits.resize(rays.size());
-      for (size_t begin = 0; begin < rays.size(); begin += kPacket) {
-        const size_t count = std::min(kPacket, rays.size() - begin);
-        lit.scene.Intersect16(std::span(rays).subspan(begin, count), std::span(hits).subspan(begin, count));
+      open.assign(rays.size(), 1);
+      for (int layer = 0; layer < kMostLayers && !going_on.empty(); ++layer) {
+        size_t kept = 0;
+        for (size_t begin = 0; begin < going_on.size(); begin += kPacket) {
+          const size_t count = std::min(kPacket, going_on.size() - begin);
+          packet.clear();
+          for (size_t i = begin; i < begin + count; ++i) packet.push_back(rays[static_cast<size_t>(going_on[i])]);
+          hits.resize(count);
+          lit.scene.Intersect16(packet, hits);
+          for (size_t i = 0; i < count; ++i) {
+            if (hits[i].mesh < 0) continue;
+            const int index = going_on[begin + i];
+            const auto r = static_cast<size_t>(index);
+            open[r] = Meet(lit, rays[r], hits[i], open[r], share, &fragments[r / positions.size()]);
+            if (open[r] < kLeastOpen) continue;
+            rays[r].t_min = hits[i].t + kStepMm;
+            going_on[kept++] = index;
+          }
+        }
+        going_on.resize(kept);
       }
       for (int x = first; x < end; ++x) {
+        const auto pixel = static_cast<size_t>(x - first);
+        if (fragments[pixel].empty()) continue;
         float coverage = 0;
-        fragments.clear();
-        for (size_t i = 0; i < positions.size(); ++i) {
-          const size_t ray = static_cast<size_t>(x - first) * positions.size() + i;
-          coverage += Trace(lit, rays[ray], hits[ray], share, &fragments);
-        }
-        if (fragments.empty()) continue;
-        const Vector3f colour = Resolve(lit, fragments);
+        for (size_t i = 0; i < positions.size(); ++i) coverage += share * (1 - open[pixel * positions.size() + i]);
+        const Vector3f colour = Resolve(lit, fragments[pixel]);
         uint8_t* rgb = picture.rgb.at(x, y);
         for (int c = 0; c < 3; ++c) {
           const float value = std::clamp(colour[c], 0.0f, 1.0f);

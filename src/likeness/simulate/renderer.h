@@ -46,7 +46,8 @@ class HeadRenderer {
  private:
   struct Fragment;
 
-  float Trace(const LitHead& lit, Ray ray, RayHit found, float share, std::vector<Fragment>* fragments) const;
+  float Meet(const LitHead& lit, const Ray& ray, const RayHit& found, float open, float share,
+             std::vector<Fragment>* fragments) const;
   Fragment MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const;
   Eigen::Vector3f Shade(const LitHead& lit, const Fragment& fragment) const;
   Eigen::Vector3f Resolve(const LitHead& lit, const std::vector<Fragment>& fragments) const;

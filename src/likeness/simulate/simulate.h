@@ -28,8 +28,8 @@ struct SimulateOptions {
   RigOptions rig;
   ShadingOptions render;
   int lights = 200;
-  float exposure = 0.9f;  // linear value of a white surface that faces forwards, in the open
-  uint64_t seed = 1;      // of motion
+  float exposure = 0.75f;  // linear value of a white surface that faces forwards, in the open
+  uint64_t seed = 1;       // of motion
 
   void Check() const;  // throws Error
 };

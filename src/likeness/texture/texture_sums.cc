@@ -8,8 +8,8 @@
 namespace likeness {
 namespace {
 
-// Gives each texel with weight 0 the colour of the smallest square of 2^k texels around it that has any weight.
-// Coarser levels are weighted means of four; the way back up interpolates nothing, as the gaps are narrow.
+// Gives texels with weight 0 a colour: pull-push over a pyramid whose coarser levels are weighted means of four and
+// interpolate linearly on the way back.
 void FillGaps(ImageF* colours, ImageF* weights) {
   const int size = colours->width();
   if (size <= 1) return;
@@ -34,7 +34,13 @@ void FillGaps(ImageF* colours, ImageF* weights) {
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
       if (*weights->at(x, y) != 0) continue;
-      std::copy_n(coarse_colours.at(x / 2, y / 2), 3, colours->at(x, y));
+      // The texel's square and the nearest ones beside, below or above, and diagonally.
+      const int x0 = x / 2, x1 = std::clamp(x0 + (x % 2 != 0 ? 1 : -1), 0, half - 1);
+      const int y0 = y / 2, y1 = std::clamp(y0 + (y % 2 != 0 ? 1 : -1), 0, half - 1);
+      for (int c = 0; c < 3; ++c) {
+        colours->at(x, y)[c] = 0.5625f * coarse_colours.at(x0, y0)[c] + 0.1875f * coarse_colours.at(x1, y0)[c] +
+                               0.1875f * coarse_colours.at(x0, y1)[c] + 0.0625f * coarse_colours.at(x1, y1)[c];
+      }
     }
   }
 }

@@ -30,11 +30,11 @@ BrowDrawing::BrowDrawing(const HumanRecipe& recipe)
   for (const float side : {1.0f, -1.0f}) {
     Random random(Hash({recipe.seed, 40, side > 0 ? 0u : 1u}));
     const auto uniform = [&](double a, double b) { return static_cast<float>(random.Uniform(a, b)); };
-    const int hairs = static_cast<int>(420 + 620 * fullness);
+    const int hairs = static_cast<int>(330 + 470 * fullness);
     for (int i = 0; i < hairs; ++i) {
       const float t = uniform(0, 1);
       // Half the brow's height: full near the nose, thin at the tail.
-      const float half = (1.9f + 2.9f * fullness) * (1 - 0.72f * t * t) * std::min(1.0f, 0.55f + 3 * t);
+      const float half = (1.8f + 2.5f * fullness) * (1 - 0.72f * t * t) * std::min(1.0f, 0.55f + 3 * t);
       const float across = std::clamp(0.55f * static_cast<float>(random.Normal()), -1.0f, 1.0f);
       const Vector2f along = (BrowLine(std::min(t + 0.01f, 1.0f)) - BrowLine(std::max(t - 0.01f, 0.0f))).normalized();
       const Vector2f root = BrowLine(t) + across * half * Vector2f(-along.y(), along.x());
@@ -55,7 +55,7 @@ void BrowDrawing::DrawHair(Vector2f root, float angle, float curl, float length,
   for (int i = 0; i < steps; ++i) {
     const float t = static_cast<float>(i) / static_cast<float>(steps);
     const float radius = std::max(0.5f * width * (1 - t), 0.04f) / kPixel;
-    const float strength = 0.95f * (1 - 0.4f * t);
+    const float strength = 0.88f * (1 - 0.5f * t);
     const float cx = (point.x() + kHalfWidth) / kPixel, cy = (kTop - point.y()) / kPixel;
     for (int y = static_cast<int>(cy - radius - 1); y <= static_cast<int>(cy + radius + 1); ++y) {
       for (int x = static_cast<int>(cx - radius - 1); x <= static_cast<int>(cx + radius + 1); ++x) {

@@ -43,7 +43,7 @@ Vector3f IrisColour(float radius, const Eigen::Vector2f& direction, float melani
 Vector3f ScleraColour(const Eigen::Vector2f& position, float beyond, const HumanRecipe& recipe, uint32_t seed) {
   // `beyond`: 0 at the limbus, 1 at the edge of the texture.
   const float tint = FractalNoise(Vector3f(position.x() * 6, position.y() * 6, 1), 3, seed + 20);
-  Vector3f colour(0.66f, 0.61f, 0.57f);
+  Vector3f colour(0.70f, 0.62f, 0.56f);
   colour += Vector3f(0.02f, -0.01f, -0.05f) * (0.6f + 0.8f * static_cast<float>(recipe.age) + tint) * 0.8f;
   const float red = SmoothStep(0.1f, 0.6f, beyond);
   colour = colour.cwiseProduct(Vector3f(1, 1 - 0.20f * red, 1 - 0.20f * red));

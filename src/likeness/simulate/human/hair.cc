@@ -74,8 +74,8 @@ HairShells::HairShells(const std::vector<int>& fine_vertices, const std::vector<
         for (int c = 0; c < 3; ++c) material.albedo.at(x, y)[c] = EncodeSrgb(colour[c]);
       }
     }
-    material.roughness = 0.55f;
-    material.specular_f0 = 0.046f;
+    material.roughness = 0.6f;
+    material.specular_f0 = 0.025f;  // less than hair's own: a shell is a card, and shines all at once
     material.scatter = {0.3f, 0.25f, 0.2f};
     material.casts_shadow = false;
   }

@@ -69,6 +69,32 @@ TEST_F(HumanHeadTest, HasSoundSurfacesWithinTheHead) {
   EXPECT_NEAR(skin.col(0).maxCoeff() + skin.col(0).minCoeff(), 0, 6);
 }
 
+TEST_F(HumanHeadTest, SkinIsPaintedEverywhereAndReliefIsGentle) {
+  const size_t skin = SurfaceIndex("skin");
+  const Material& material = head_->surfaces()[skin].material;
+  const TexelMap map = MapTexels(head_->surfaces()[skin].topology, material.albedo.width());
+  double up = 0;
+  int painted = 0;
+  for (int y = 0; y < map.size; ++y) {
+    for (int x = 0; x < map.size; ++x) {
+      if (map.at(x, y).triangle < 0) continue;
+      ++painted;
+      EXPECT_GT(material.albedo.at(x, y)[0], 0);
+      const Eigen::Map<const Eigen::Vector3f> normal(material.normal_map.at(x, y));
+      ASSERT_NEAR(normal.norm(), 1, 1e-4);
+      ASSERT_GT(normal.z(), 0);
+      up += normal.z();
+    }
+  }
+  EXPECT_GT(up / painted, 0.95);
+  for (const Surface& surface : head_->surfaces()) {
+    if (surface.name.ends_with("cornea")) {
+      EXPECT_TRUE(surface.material.transparent);
+      EXPECT_EQ(surface.material.coat, 1);
+    }
+  }
+}
+
 TEST_F(HumanHeadTest, TrackedMeshHasAboutSevenThousandVerticesAndOneBorder) {
   const MeshTopology& topology = head_->tracked_topology();
   EXPECT_NEAR(topology.vertex_count, 7000, 10);

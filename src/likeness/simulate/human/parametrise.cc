@@ -82,6 +82,7 @@ std::vector<Eigen::Vector2f> MapDiscToRectangle(const Disc& disc, int rounds) {
   }
 
   std::vector<Eigen::Vector2d> best;
+  int best_round = 0;
   double best_stretch = std::numeric_limits<double>::infinity();
   for (int round = 0;; ++round) {
     std::vector<Eigen::Triplet<double>> triplets;
@@ -112,8 +113,10 @@ std::vector<Eigen::Vector2f> MapDiscToRectangle(const Disc& disc, int rounds) {
     if (measured.all < best_stretch) {
       best_stretch = measured.all;
       best = uv;
+      best_round = round;
     }
-    if (round == rounds) break;
+    constexpr int kPatience = 3;
+    if (round == rounds || round >= best_round + kPatience) break;
 
     const std::vector<double>& stretch = measured.vertices;
     double mean = 0;

@@ -17,9 +17,10 @@ struct Disc {
   std::vector<std::pair<int, Eigen::Vector2f>> border;
 };
 
-// Returns one point a vertex. Interior vertices are weighted means of their neighbours with positive weights, so that
-// all faces are convex and none overlap (Tutte 1963); the weights are adapted so that stretch evens out (Yoshizawa,
-// Belyaev, Seidel 2004, "A fast and simple stretch-minimizing mesh parameterization", here with a wanted density).
+// Returns one point a vertex: the best of at most `rounds` rounds. Interior vertices are weighted means of their
+// neighbours with positive weights, so that all faces are convex and none overlap (Tutte 1963); the weights are adapted
+// so that stretch evens out (Yoshizawa, Belyaev, Seidel 2004, "A fast and simple stretch-minimizing mesh
+// parameterization", here with a wanted density).
 std::vector<Eigen::Vector2f> MapDiscToRectangle(const Disc& disc, int rounds);
 
 }  // namespace likeness

@@ -72,11 +72,16 @@ SkinPainter::SkinPainter(const SkinSheet& sheet, const SkinMasks& masks, const H
       hair_(HairColour(static_cast<float>(recipe.hair_melanin), static_cast<float>(recipe.hair_redness),
                        static_cast<float>(recipe.grey))) {
   Random random(Hash({recipe.seed, 41}));
-  const int count = static_cast<int>(14 * recipe.moles);
+  const int count = static_cast<int>(12 * recipe.moles);
   for (int i = 0; i < count; ++i) {
-    const auto v = static_cast<Eigen::Index>(random.Below(sheet.points.rows()));
-    const auto radius = static_cast<float>(random.Uniform(0.4, 1.3));
-    moles_.push_back({sheet.points.row(v), radius, static_cast<float>(random.Uniform(0.15, 0.6))});
+    // Evenly over the directions from the head's centre.
+    const Vector3f direction(static_cast<float>(random.Normal()), static_cast<float>(random.Normal()),
+                             static_cast<float>(random.Normal()));
+    const Eigen::VectorXf along = (sheet.points.rowwise().normalized() * direction).eval();
+    Eigen::Index nearest = 0;
+    along.maxCoeff(&nearest);
+    const auto radius = static_cast<float>(random.Uniform(0.4, 1.2));
+    moles_.push_back({sheet.points.row(nearest), radius, static_cast<float>(random.Uniform(0.12, 0.5))});
   }
 }
 
@@ -101,15 +106,17 @@ float SkinPainter::Relief(const Spot& spot, float lips) const {
     const NearestSpot pore = FindNearestSpot(spot.point / 1.15f, seed_ + 50);
     const float size = 0.22f + 0.16f * UnitFromBits(pore.id);
     const float where = (0.35f + 0.65f * std::max(TZoneWeight(spot.average), CheekWeight(spot.average))) * face;
-    height -= 0.055f * where * fade * SmoothStep(size, 0, pore.distance);
+    height -= 0.10f * where * fade * SmoothStep(size, 0, pore.distance);
   }
   // The net of fine furrows between pores.
   if (const float fade = resolved(0.7f) * skin; fade > 0) {
-    height += 0.022f * fade * FractalNoise(spot.point / 0.8f, 2, seed_ + 51);
+    height += 0.045f * fade * FractalNoise(spot.point / 0.8f, 2, seed_ + 51);
   }
-  height += 0.05f * skin * resolved(2) * FractalNoise(spot.point / 2.6f, 2, seed_ + 52);
+  height += 0.08f * skin * resolved(2) * FractalNoise(spot.point / 2.6f, 2, seed_ + 52);
   height += 0.10f * skin * FractalNoise(spot.point / 9, 2, seed_ + 53);
-  height += static_cast<float>(0.15 + 1.1 * recipe_.age) * skin * resolved(1.2f) * WrinkleHeight(spot.average);
+  if (face > 0) {
+    height += static_cast<float>(0.15 + 1.1 * recipe_.age) * skin * resolved(1.2f) * WrinkleHeight(spot.average);
+  }
   if (lips > 0) {
     // Creases across the lips, fanning out from the middle.
     const Vector3f across(spot.average.x() * (1 + 0.006f * std::abs(spot.average.y() + 66)), spot.average.y() / 9,
@@ -161,17 +168,19 @@ Paint SkinPainter::At(const Spot& spot) const {
   Paint paint;
   paint.albedo = SkinColour(melanin, blood);
   paint.height = Relief(spot, lips);
+  // Less light reaches the bottom of pores and furrows than the normals alone tell.
+  paint.albedo *= std::clamp(1 + 0.8f * paint.height, 0.7f, 1.1f);
   const float t_zone = TZoneWeight(average);
   const float oil = static_cast<float>(r.oiliness);
-  paint.roughness = 0.60f - 0.10f * oil - (0.05f + 0.16f * oil) * t_zone + 0.05f * speckle;
+  paint.roughness = 0.54f - 0.08f * oil - (0.05f + 0.14f * oil) * t_zone + 0.05f * speckle;
   paint.specular = 0.75f + 0.25f * t_zone;
 
   // Lips: thin skin, so more blood shows and less melanin; dark skin keeps much of its own.
   if (lips > 0) {
     const float vary = FractalNoise(p / 3, 3, seed_ + 70);
-    const Vector3f lip = SkinColour(melanin * 0.95f + 0.03f, 1.0f + 0.3f * vary + 0.2f * redness);
-    const float soft = SmoothStep(0.15f, 0.95f, lips + 0.15f * blotches);
-    paint.albedo += 0.85f * soft * (lip - paint.albedo);
+    const Vector3f lip = 0.9f * SkinColour(melanin * 1.1f + 0.05f, 1.05f + 0.3f * vary + 0.2f * redness);
+    const float soft = SmoothStep(0.05f, 1.0f, lips + 0.25f * blotches - 0.1f);
+    paint.albedo += 0.8f * soft * (lip - paint.albedo);
     paint.roughness += soft * (0.36f - paint.roughness);
     // Where the lips meet they are wetter and darker.
     const float inner = soft * SmoothStep(4, 0, std::abs(average.y() + 66.5f)) * SmoothStep(31, 26, average.z());
@@ -231,29 +240,30 @@ Paint SkinPainter::At(const Spot& spot) const {
 
 // Copies painted texels into the gaps between charts, so that sampling at a border finds skin.
 template <typename T>
-void FillGaps(const std::vector<uint8_t>& painted, Image<T>* image) {
+void FillGaps(std::vector<uint8_t> painted, Image<T>* image) {
   const int size = image->width(), channels = image->channels();
-  std::vector<uint8_t> known = painted;
+  std::vector<size_t> gaps;
+  for (size_t i = 0; i < painted.size(); ++i) {
+    if (!painted[i]) gaps.push_back(i);
+  }
   for (int round = 0; round < 8; ++round) {
-    std::vector<uint8_t> now = known;
-    for (int y = 0; y < size; ++y) {
-      for (int x = 0; x < size; ++x) {
-        const size_t here = static_cast<size_t>(y) * size + x;
-        if (known[here]) continue;
-        float sum[4] = {};
-        int count = 0;
-        for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
-          const int nx = x + dx, ny = y + dy;
-          if (nx < 0 || ny < 0 || nx >= size || ny >= size || !known[static_cast<size_t>(ny) * size + nx]) continue;
-          for (int c = 0; c < channels; ++c) sum[c] += static_cast<float>(image->at(nx, ny)[c]);
-          ++count;
-        }
-        if (count == 0) continue;
-        for (int c = 0; c < channels; ++c) image->at(x, y)[c] = static_cast<T>(sum[c] / static_cast<float>(count));
-        now[here] = 1;
+    std::vector<size_t> filled;
+    for (const size_t gap : gaps) {
+      const int x = static_cast<int>(gap % size), y = static_cast<int>(gap / size);
+      float sum[4] = {};
+      int count = 0;
+      for (const auto& [dx, dy] : {std::pair(-1, 0), std::pair(1, 0), std::pair(0, -1), std::pair(0, 1)}) {
+        const int nx = x + dx, ny = y + dy;
+        if (nx < 0 || ny < 0 || nx >= size || ny >= size || !painted[static_cast<size_t>(ny) * size + nx]) continue;
+        for (int c = 0; c < channels; ++c) sum[c] += static_cast<float>(image->at(nx, ny)[c]);
+        ++count;
       }
+      if (count == 0) continue;
+      for (int c = 0; c < channels; ++c) image->at(x, y)[c] = static_cast<T>(sum[c] / static_cast<float>(count));
+      filled.push_back(gap);
     }
-    known = std::move(now);
+    for (const size_t gap : filled) painted[gap] = 1;
+    std::erase_if(gaps, [&](size_t gap) { return painted[gap] != 0; });
   }
 }
 
@@ -278,7 +288,7 @@ Material PaintSkin(const SkinSheet& sheet, const SkinMasks& masks, const HumanRe
   material.normal_map = ImageF(size, size, 3);
   material.roughness_map = ImageF(size, size, 1);
   material.specular_map = ImageF(size, size, 1);
-  material.specular_f0 = 0.035f;
+  material.specular_f0 = 0.042f;
   material.scatter = {0.32f, 0.15f, 0.09f};
   ImageF height(size, size, 1);
   ImageF texel_mm(size, size, 2);  // sides of a texel along u and v

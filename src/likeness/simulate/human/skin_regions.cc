@@ -63,8 +63,8 @@ float ScalpWeight(const Vector3f& p, float hairline) {
   struct Knot {
     float azimuth, low, receding;
   };
-  constexpr Knot kKnots[] = {{0, 39, 50},     {20, 39, 56},    {34, 37, 58},    {46, 25, 42},
-                             {58, 12, 22},    {68, -6, -2},    {80, -24, -20},  {98, -26, -24},
+  constexpr Knot kKnots[] = {{0, 26, 40},     {20, 27, 47},    {34, 27, 50},    {46, 20, 37},
+                             {58, 9, 19},     {68, -6, -2},    {80, -24, -20},  {98, -26, -24},
                              {108, -34, -34}, {120, -40, -40}, {140, -44, -44}, {180, -47, -47}};
   float edge = kKnots[0].low;
   for (size_t i = 1; i < std::size(kKnots); ++i) {
@@ -75,12 +75,13 @@ float ScalpWeight(const Vector3f& p, float hairline) {
   }
   edge += 2.5f * FractalNoise(p / 8, 2, 15);
   const Vector3f from_ear((std::abs(p.x()) - 83) / 11, (p.y() + 18) / 31, (p.z() + 73) / 22);
-  return SmoothStep(edge - 3, edge + 6, elevation) * SmoothStep(0.9f, 1.15f, from_ear.norm());
+  return SmoothStep(edge - 3, edge + 6, elevation) * SmoothStep(1.0f, 1.35f, from_ear.norm());
 }
 
 float WrinkleHeight(const Vector3f& p) {
   const float x = std::abs(p.x());
   float depth = 0;
+  if (p.y() < -35 || p.z() < -60) return 0;
   // Lines across the forehead, wavy and broken.
   const float waviness = 2.5f * GradientNoise(Vector3f(p.x() / 22, p.y() / 30, 3), 11) + 0.0012f * p.x() * p.x();
   const float across = SmoothStep(55, 25, x) * SmoothStep(28, 36, p.y()) * SmoothStep(78, 66, p.y());
