@@ -1,6 +1,7 @@
 #include "likeness/train/trainer.h"
 
 #include <ATen/Parallel.h>
+#include <fmt/ranges.h>
 #include <malloc.h>
 
 #include <chrono>
