@@ -54,18 +54,6 @@ Command Describe(Arguments& a) {
   return command;
 }
 
-// A held-out segment that was trained on would make the figures a lie.
-void CheckNotTrainedOn(const Avatar& avatar, const Capture& capture) {
-  for (const FrameCode& code : avatar.codes) {
-    if (capture.split().IsHeldOutSegment(code.segment)) {
-      throw Error(
-          "the avatar was trained on frame {} {}, which this split holds out; evaluate with the split of its "
-          "training (--split)",
-          code.segment, code.frame);
-    }
-  }
-}
-
 }  // namespace
 
 int RunEvaluate(int argc, const char* const* argv) {
@@ -76,7 +64,7 @@ int RunEvaluate(int argc, const char* const* argv) {
   const fs::path avatar_file = AvatarFile(a.avatar);
   const std::unique_ptr<AvatarModel> model = AvatarModel::Load(avatar_file, a.device);
   const std::unique_ptr<Capture> capture = OpenCapture(a.capture, a.capture_options);
-  CheckNotTrainedOn(model->avatar(), *capture);
+  CheckHeldOut(model->avatar(), *capture);
   const TextureSet textures(*capture, model->avatar().architecture.texture_size);
   // Read before the work starts, so that a wrong file is not found at its end.
   const fs::path default_log = avatar_file.parent_path() / "log.csv";

@@ -15,8 +15,10 @@ struct Panel {
   std::string label;
 };
 
+inline constexpr int kPanelGap = 8;  // px
+
 // One row of pictures with their labels above, on a dark ground, `gap` pixels around each.
-ImageU8 SideBySide(const std::vector<Panel>& panels, int gap = 8);
+ImageU8 SideBySide(const std::vector<Panel>& panels, int gap = kPanelGap);
 
 // Rows under each other, aligned left on a dark ground.
 ImageU8 Stacked(const std::vector<ImageU8>& rows);

@@ -58,12 +58,15 @@ ImageU8 ComparisonPanel(const EvaluatedPicture& picture) {
     if (image->width() < kLeastWidth) *image = FitInto(*image, kLeastWidth, 3 * kLeastWidth);
   }
   const ImageU8 row = SideBySide(
-      {{comparison.truth,
-        fmt::format("ground truth: {} {}, camera {}", picture.frame.segment, picture.frame.frame, picture.camera)},
+      {{comparison.truth, "ground truth"},
        {comparison.ours, fmt::format("ours: PSNR {:.2f} dB, SSIM {:.3f}", PsnrDb(picture.mse), picture.ssim)},
        {comparison.difference, fmt::format("difference: MSE {:.1f}", picture.mse)}});
-  return Stacked({row, SideBySide({{HeatLegend(row.width() - 16, kDifferenceFullScale),
-                                    "scale of the difference: mean absolute over RGB, head pixels"}})});
+  const int width = row.width() - 2 * kPanelGap;
+  const std::string title = fmt::format("{}: {} {}, camera {}", ToString(picture.group), picture.frame.segment,
+                                        picture.frame.frame, picture.camera);
+  return Stacked({SideBySide({{ImageU8(width, 1, 3), title}}), row,
+                  SideBySide({{HeatLegend(width, kDifferenceFullScale),
+                               "scale of the difference: mean absolute over RGB, head pixels"}})});
 }
 
 std::vector<std::filesystem::path> WriteComparisons(const std::vector<EvaluatedPicture>& pictures,

@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
@@ -208,6 +209,24 @@ void EvaluationOptions::Check() const {
   DrawOptions render;
   render.supersample = supersample;
   render.Check();
+}
+
+void CheckHeldOut(const Avatar& avatar, const Capture& capture) {
+  std::string trained_on;
+  for (const FrameCode& code : avatar.codes) {
+    if (capture.split().IsHeldOutSegment(code.segment)) trained_on = "segment " + code.segment;
+  }
+  if (const auto cameras = avatar.training.find("cameras"); cameras != avatar.training.end()) {
+    std::istringstream names(cameras->second);
+    for (std::string name; names >> name;) {
+      if (capture.split().IsHeldOutCamera(name)) trained_on = "camera " + name;
+    }
+  }
+  if (trained_on.empty()) return;
+  throw Error(
+      "the avatar was trained on {}, which the split of {} holds out; evaluate with the split of its training "
+      "(--split)",
+      trained_on, capture.root().string());
 }
 
 EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "likeness/avatar/avatar.h"
 #include "likeness/avatar/frame_decoder.h"
 #include "likeness/capture/capture.h"
 #include "likeness/image/image.h"
@@ -63,6 +64,10 @@ struct EvaluationResult {
 
   const GroupResult& Of(EvaluationGroup group) const { return groups[static_cast<size_t>(group)]; }
 };
+
+// Throws Error when the avatar says that it was trained on a camera or segment that the capture's split holds out: the
+// figures would be a lie.
+void CheckHeldOut(const Avatar& avatar, const Capture& capture);
 
 // The code of a frame. Called from several threads at once.
 using FrameEncoder = std::function<std::vector<float>(const FrameId& frame, const TrackedFrame& tracked)>;

@@ -237,6 +237,18 @@ TEST_F(EvaluateTest, FewerImagesAndPicturesWhenAsked) {
   EXPECT_THAT(ErrorOf([&] { Run(MakeTeller(), options); }), HasSubstr("max-images"));
 }
 
+TEST_F(EvaluateTest, WhatWasTrainedOnIsNotHeldOut) {
+  Avatar avatar;
+  avatar.codes = {{"smile", "01", {}}};
+  avatar.training["cameras"] = "a b";
+  CheckHeldOut(avatar, *capture_);
+  avatar.training["cameras"] = "a b new";
+  EXPECT_THAT(ErrorOf([&] { CheckHeldOut(avatar, *capture_); }), HasSubstr("trained on camera new"));
+  avatar.training.clear();
+  avatar.codes.push_back({"talk_1", "03", {}});
+  EXPECT_THAT(ErrorOf([&] { CheckHeldOut(avatar, *capture_); }), HasSubstr("trained on segment talk_1"));
+}
+
 TEST_F(EvaluateTest, AnAvatarOfAnotherMeshIsRefused) {
   struct Stranger : FrameDecoder {
     DecodedFrame Decode(std::span<const float>, const Eigen::Vector3d&) const override {

@@ -156,7 +156,7 @@ std::string Training(const ReportContent& content) {
   if (chart.empty()) return "";
   return fmt::format(
       "<h2>Training</h2><p class=\"soft\">{:.0f} iterations in {}. Loss on standardised data, "
-      "logarithmic scale.</p>{}",
+      "logarithmic scale; the total is the weighted sum of the three terms.</p>{}",
       content.loss->iteration.back(), FormatDuration(content.loss->elapsed_s.back()), chart);
 }
 

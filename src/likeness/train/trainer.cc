@@ -1,6 +1,7 @@
 #include "likeness/train/trainer.h"
 
 #include <ATen/Parallel.h>
+#include <fmt/ranges.h>
 #include <malloc.h>
 
 #include <chrono>
@@ -118,11 +119,11 @@ ImageU8 Preview(const Network& network, const Dataset& dataset, torch::Device de
   return picture;
 }
 
-Avatar MakeAvatar(const Network& network, const Dataset& dataset, const MeshTopology& topology,
-                  const TrainOptions& options, const RunState& run, torch::Device device) {
+Avatar MakeAvatar(const Network& network, const Dataset& dataset, const Capture& capture, const TrainOptions& options,
+                  const RunState& run, torch::Device device) {
   Avatar avatar;
   avatar.architecture = network.architecture();
-  avatar.topology = topology;
+  avatar.topology = capture.topology();
   const Statistics& statistics = dataset.statistics();
   avatar.texture_mean = statistics.texture_mean;
   avatar.texture_variance = std::pow(static_cast<double>(statistics.texture_deviation), 2);
@@ -134,7 +135,8 @@ Avatar MakeAvatar(const Network& network, const Dataset& dataset, const MeshTopo
                      {"samples", fmt::format("{}", run.iteration * options.batch)},
                      {"elapsed_s", fmt::format("{:.1f}", run.elapsed_s)},
                      {"frames", fmt::format("{}", dataset.frames().size())},
-                     {"textures", fmt::format("{}", dataset.samples().size())}};
+                     {"textures", fmt::format("{}", dataset.samples().size())},
+                     {"cameras", fmt::format("{}", fmt::join(capture.split().training_cameras, " "))}};
   for (const std::string& line : options.Fingerprint()) {
     const size_t equals = line.find(" = ");
     avatar.training["option." + line.substr(0, equals)] = line.substr(equals + 3);
@@ -248,7 +250,7 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
   result.avatar = options.out / "avatar.safetensors";
   if (run.iteration == first && std::filesystem::exists(result.avatar)) return result;
   if (options.average > 0) optimiser.SwapAverage();
-  SaveAvatar(result.avatar, MakeAvatar(network, dataset, capture->topology(), options, run, device));
+  SaveAvatar(result.avatar, MakeAvatar(network, dataset, *capture, options, run, device));
   log.WritePicture(run, Preview(network, dataset, device));
   return result;
 }
