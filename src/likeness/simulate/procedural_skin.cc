@@ -23,7 +23,7 @@ double SmoothStep(double a, double b, double x) {
 double Noise(double u, double v, int period, uint64_t seed) {
   const double x = u * period, y = v * period;
   const double x_floor = std::floor(x), y_floor = std::floor(y);
-  const uint64_t lattice = seed << 32 | static_cast<uint64_t>(period);
+  const uint64_t lattice = Hash({seed, static_cast<uint64_t>(period)});
   const auto corner = [&](double cx, double cy) {
     const auto column = static_cast<int64_t>(cx) % period;
     const auto cell = static_cast<uint64_t>((column + period) % period) << 32 | static_cast<uint64_t>(cy);
