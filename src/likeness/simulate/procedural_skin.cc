@@ -23,10 +23,11 @@ double SmoothStep(double a, double b, double x) {
 double Noise(double u, double v, int period, uint64_t seed) {
   const double x = u * period, y = v * period;
   const double x_floor = std::floor(x), y_floor = std::floor(y);
+  const uint64_t lattice = Hash({seed, static_cast<uint64_t>(period)});
   const auto corner = [&](double cx, double cy) {
     const auto column = static_cast<int64_t>(cx) % period;
-    const uint64_t hash = Hash({seed, static_cast<uint64_t>(period), static_cast<uint64_t>((column + period) % period),
-                                static_cast<uint64_t>(static_cast<int64_t>(cy))});
+    const auto cell = static_cast<uint64_t>((column + period) % period) << 32 | static_cast<uint64_t>(cy);
+    const uint64_t hash = Hash({lattice, cell});
     return static_cast<double>(hash >> 11) * 0x1p-52 - 1;
   };
   const double fx = SmoothStep(0, 1, x - x_floor), fy = SmoothStep(0, 1, y - y_floor);
