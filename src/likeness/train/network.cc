@@ -42,6 +42,7 @@ double FanIn(const LayerInfo& info) {
 // The layers without an activation. Those that predict start small, near the mean texture, mesh and code.
 constexpr double kHiddenGain = 1.387;  // sqrt(2 / (1 + 0.2^2)): keeps the variance through a leaky ReLU of 0.2
 constexpr double kOutputGain = 0.1;
+constexpr double kReferenceFanIn = 256;
 
 bool IsOutput(const LayerInfo& info) {
   return info.name == "decoder.mesh_fc" || info.name == "encoder.log_sigma_fc" ||
@@ -68,7 +69,13 @@ Layer::Layer(const LayerInfo& info, Normalisation normalisation, double gain, to
   const double deviation = gain / std::sqrt(FanIn(info));
   weight_ = (torch::randn(info.WeightShape(), generator, torch::kFloat32) * deviation).to(options);
   bias_ = torch::zeros(info.BiasShape(), options);
-  if (normalisation == Normalisation::kWeight) gain_ = torch::sqrt(weight_.square().sum(InnerAxes(info)));
+  if (normalisation == Normalisation::kWeight) {
+    gain_ = torch::sqrt(weight_.square().sum(InnerAxes(info)));
+    // The direction's length is free. Adam moves every value by about the learning rate, so that an output moves by
+    // gain x sqrt(fan-in) x rate / deviation: this makes it the same for all layers, where the 3 V inputs of a mesh
+    // would otherwise run away at rates that suit the others.
+    weight_ *= FanIn(info) / kReferenceFanIn;
+  }
 }
 
 Layer::Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias)
