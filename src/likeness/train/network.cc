@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "likeness/base/error.h"
+#include "likeness/train/bias_activation.h"
 
 namespace likeness {
 
@@ -42,13 +43,17 @@ double FanIn(const LayerInfo& info) {
 // The layers without an activation. Those that predict start small, near the mean texture, mesh and code.
 constexpr double kHiddenGain = 1.387;  // sqrt(2 / (1 + 0.2^2)): keeps the variance through a leaky ReLU of 0.2
 constexpr double kOutputGain = 0.1;
+constexpr double kReferenceFanIn = 256;
 
 bool IsOutput(const LayerInfo& info) {
   return info.name == "decoder.mesh_fc" || info.name == "encoder.log_sigma_fc" ||
          (info.kind == LayerKind::kTransposedConvolution && info.out == 3);
 }
 
-torch::Tensor Activate(const torch::Tensor& x) { return torch::leaky_relu(x, kLeakySlope); }
+// Untied biases lie in memory as the features do, channels last.
+torch::Tensor LaidOut(const torch::Tensor& bias) {
+  return bias.dim() == 1 ? bias : bias.unsqueeze(0).contiguous(torch::MemoryFormat::ChannelsLast).squeeze(0);
+}
 
 torch::Tensor ToTorch(const Tensor& tensor, torch::TensorOptions options) {
   return torch::from_blob(const_cast<float*>(tensor.values.data()), tensor.shape, torch::kFloat32).to(options);
@@ -67,12 +72,18 @@ Layer::Layer(const LayerInfo& info, Normalisation normalisation, double gain, to
     : info_(info) {
   const double deviation = gain / std::sqrt(FanIn(info));
   weight_ = (torch::randn(info.WeightShape(), generator, torch::kFloat32) * deviation).to(options);
-  bias_ = torch::zeros(info.BiasShape(), options);
-  if (normalisation == Normalisation::kWeight) gain_ = torch::sqrt(weight_.square().sum(InnerAxes(info)));
+  bias_ = LaidOut(torch::zeros(info.BiasShape(), options));
+  if (normalisation == Normalisation::kWeight) {
+    gain_ = torch::sqrt(weight_.square().sum(InnerAxes(info)));
+    // The direction's length is free. Adam moves every value by about the learning rate, so that an output moves by
+    // gain x sqrt(fan-in) x rate / deviation: this makes it the same for all layers, where the 3 V inputs of a mesh
+    // would otherwise run away at rates that suit the others.
+    weight_ *= FanIn(info) / kReferenceFanIn;
+  }
 }
 
 Layer::Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias)
-    : info_(info), weight_(std::move(weight)), bias_(std::move(bias)) {}
+    : info_(info), weight_(std::move(weight)), bias_(LaidOut(bias)) {}
 
 torch::Tensor Layer::Weight() const {
   if (!gain_.defined()) return weight_;
@@ -80,12 +91,13 @@ torch::Tensor Layer::Weight() const {
   return weight_ * AlongOutputs(info_, gain_ / norm);
 }
 
-torch::Tensor Layer::operator()(const torch::Tensor& x) const {
+torch::Tensor Layer::operator()(const torch::Tensor& x, double slope) const {
   const torch::Tensor tied = info_.untied_bias ? torch::Tensor() : bias_;
   torch::Tensor y;
   switch (info_.kind) {
     case LayerKind::kLinear:
-      return torch::linear(x, Weight(), bias_);
+      y = torch::linear(x, Weight(), bias_);
+      break;
     case LayerKind::kConvolution:
       y = torch::conv2d(x, Weight(), tied, /*stride=*/2, /*padding=*/1);
       break;
@@ -93,7 +105,8 @@ torch::Tensor Layer::operator()(const torch::Tensor& x) const {
       y = torch::conv_transpose2d(x, Weight(), tied, /*stride=*/2, /*padding=*/1);
       break;
   }
-  return info_.untied_bias ? y + bias_ : y;
+  if (info_.untied_bias) return AddBiasAndActivate(y, bias_, slope);
+  return slope == 1 ? y : torch::leaky_relu(y, slope);
 }
 
 std::vector<Parameter> Layer::parameters() const {
@@ -139,15 +152,15 @@ const Layer& Network::layer(const std::string& name) const {
 
 Network::Encoding Network::Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices) const {
   torch::Tensor features = average_texture;
-  for (const Layer* convolution : texture_encoder_) features = Activate((*convolution)(features));
-  const torch::Tensor texture_code = Activate(layer("encoder.texture_fc")(features.flatten(1)));
-  const torch::Tensor mesh_code = Activate(layer("encoder.mesh_fc")(vertices));
+  for (const Layer* convolution : texture_encoder_) features = (*convolution)(features, kLeakySlope);
+  const torch::Tensor texture_code = layer("encoder.texture_fc")(features.flatten(1), kLeakySlope);
+  const torch::Tensor mesh_code = layer("encoder.mesh_fc")(vertices, kLeakySlope);
   const torch::Tensor both = torch::cat({texture_code, mesh_code}, 1);
   return {layer("encoder.mu_fc")(both), layer("encoder.log_sigma_fc")(both)};
 }
 
 torch::Tensor Network::CodeFeatures(const torch::Tensor& code) const {
-  return Activate(layer("decoder.code_fc")(code));
+  return layer("decoder.code_fc")(code, kLeakySlope);
 }
 
 torch::Tensor Network::DecodeVertices(const torch::Tensor& code) const {
@@ -159,12 +172,12 @@ Network::Decoding Network::Decode(const torch::Tensor& code, const torch::Tensor
   const torch::Tensor vertices = layer("decoder.mesh_fc")(code_features);
 
   const torch::Tensor view_features =
-      by_name_.count("decoder.view_fc") != 0 ? Activate(layer("decoder.view_fc")(view)) : view;
-  torch::Tensor features = Activate(layer("decoder.texture_fc")(torch::cat({view_features, code_features}, 1)));
-  features = features.view({features.size(0), -1, kInnerSize, kInnerSize});
+      by_name_.count("decoder.view_fc") != 0 ? layer("decoder.view_fc")(view, kLeakySlope) : view;
+  torch::Tensor features = layer("decoder.texture_fc")(torch::cat({view_features, code_features}, 1), kLeakySlope);
+  features =
+      features.view({features.size(0), -1, kInnerSize, kInnerSize}).contiguous(torch::MemoryFormat::ChannelsLast);
   for (const Layer* convolution : texture_decoder_) {
-    features = (*convolution)(features);
-    if (convolution != texture_decoder_.back()) features = Activate(features);
+    features = (*convolution)(features, convolution != texture_decoder_.back() ? kLeakySlope : 1);
   }
   return {features, vertices};
 }

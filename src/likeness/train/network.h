@@ -31,9 +31,10 @@ class Layer {
   // Weights as they are.
   Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias);
 
+  // leaky_relu(weight x + bias); a slope of 1 is no activation.
   //   x        [N, in] for a linear layer, [N, in, H, W] otherwise
   //   returns  [N, out], [N, out, H / 2, W / 2] or [N, out, 2 H, 2 W]
-  torch::Tensor operator()(const torch::Tensor& x) const;
+  torch::Tensor operator()(const torch::Tensor& x, double slope = 1) const;
 
   const LayerInfo& info() const { return info_; }
   torch::Tensor Weight() const;  // effective, in the registry's shape

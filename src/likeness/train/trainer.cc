@@ -156,7 +156,7 @@ std::string Note(const TrainOptions& options, const RunState& run, const StepVal
 
 void KeepMemory() {
   mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  mallopt(M_TRIM_THRESHOLD, -1);  // never
   mallopt(M_TOP_PAD, 256 << 20);
   mallopt(M_ARENA_MAX, 1);                               // an arena of its own would not hold a thread's large tensors
   setenv("THP_MEM_ALLOC_ENABLE", "1", /*overwrite=*/0);  // LibTorch's allocator then asks for huge pages
