@@ -20,7 +20,7 @@ const Vector3f kSkullCentre(0, 22, -75);
 const Vector3f kWhorl(8, 112, -120);  // where hair parts on the crown
 constexpr float kWidestAngle = 2.5f;  // radians from the top of the head to the edge of the texture
 
-float LengthMm(const HumanRecipe& recipe) { return 1.2f + 5.0f * static_cast<float>(recipe.hair_length); }
+float LengthMm(const HumanRecipe& recipe) { return 0.8f + 3.2f * static_cast<float>(recipe.hair_length); }
 
 // The scalp seen from its top: equal angles from the top are equally far from the middle.
 Eigen::Vector2f ScalpUv(const Vector3f& average) {
@@ -127,6 +127,13 @@ Vertices HairShells::Positions(int shell, const Vertices& fine, const Vertices& 
     positions.row(i) = fine.row(fine_vertices_[i]) + up * height_[i] * fine_normals.row(fine_vertices_[i]);
   }
   return positions;
+}
+
+std::vector<float> HairShells::ApparentHeight(int fine_count) const {
+  constexpr float kClosed = 0.8f;  // of the outermost shell's height; hairs are 0.55 to 1 of it long
+  std::vector<float> height(fine_count, 0.0f);
+  for (size_t i = 0; i < fine_vertices_.size(); ++i) height[fine_vertices_[i]] = kClosed * height_[i];
+  return height;
 }
 
 }  // namespace likeness

@@ -28,6 +28,9 @@ class HairShells {
   const Material& material(int shell) const { return materials_[shell]; }
   Vertices Positions(int shell, const Vertices& fine, const Vertices& fine_normals) const;
 
+  // How far over the skin, mm, a tracker finds the scalp: where the hair closes. One for each vertex of the fine skin.
+  std::vector<float> ApparentHeight(int fine_count) const;
+
  private:
   std::vector<int> fine_vertices_;
   std::vector<float> height_;  // of the outermost shell over the skin, mm

@@ -51,6 +51,7 @@ class HumanHead : public Head {
   Lashes lashes_[2];
   HairShells hair_;
   TrackedMesh tracked_;
+  std::vector<float> tracked_lift_;  // mm over the skin, for each of tracked_.skin_vertices
 };
 
 FinePart MakePart(std::string name, const Subdivision& fine, size_t first_quad, size_t quad_count,
@@ -227,6 +228,8 @@ HumanHead::HumanHead(const std::filesystem::path& data_folder, const HumanRecipe
   parts.back().surface.material = PaintSkin(sheet, ReadSkinMasks(data_folder), recipe);
   hair_ = HairShells(parts.back().fine_vertices, parts.back().surface.topology.triangles, sheet.points, sheet.average,
                      recipe);
+  const std::vector<float> hair_height = hair_.ApparentHeight(fine_count);
+  for (const int v : tracked_.skin_vertices) tracked_lift_.push_back(hair_height[v]);
   for (const int side : {kLeft, kRight}) {
     parts.push_back(MakeHelperPart(side == kLeft ? "left lid inside" : "right lid inside", base.sockets[side], fine,
                                    first_socket[side]));
@@ -305,6 +308,9 @@ PosedHead HumanHead::Pose(std::span<const float, kExpressionCount> weights) cons
   }
   for (int shell = 0; shell < kHairShells; ++shell) append(hair_.Positions(shell, fine, normals), hair_.topology());
   posed.tracked = tracked_.Positions(fine, eyes_);
+  for (size_t i = 0; i < tracked_.skin_vertices.size(); ++i) {
+    posed.tracked.row(static_cast<Eigen::Index>(i)) += tracked_lift_[i] * normals.row(tracked_.skin_vertices[i]);
+  }
   return posed;
 }
 

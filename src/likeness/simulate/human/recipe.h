@@ -38,7 +38,7 @@ struct HumanRecipe {
   double hair_redness = 0.2;  // 0 ash ... 1 ginger
   double grey = 0;
   double scalp_hair = 0.9;   // 0 shaved ... 1 dense cropped
-  double hair_length = 0.4;  // 0 about a millimetre ... 1 about six
+  double hair_length = 0.4;  // 0 about a millimetre ... 1 about four
   double hairline = 0.3;     // 0 low ... 1 receding
   double brows = 0.6;        // how dense and wide
   double stubble = 0;

@@ -1,4 +1,5 @@
-// The mesh that a tracker would give of a human head: skin alone, of fixed topology, finer in the face.
+// The mesh that a tracker would give of a human head: one skin-like surface of fixed topology, finer in the face. Over
+// the scalp a tracker finds the cropped hair's surface; human_head.cc lifts it there.
 
 #pragma once
 
