@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "likeness/base/parallel.h"
+#include "likeness/image/srgb.h"
 
 namespace likeness {
 namespace {
@@ -20,14 +21,6 @@ constexpr int kMostLayers = 16;
 constexpr float kLeastOpen = 0.01f;
 // Rays go on this far behind a surface.
 constexpr float kStepMm = 1e-3f;
-
-float LinearFromSrgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-
-float SrgbFromLinear(float value) {
-  return value <= 0.0031308f ? value * 12.92f : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
-}
 
 const std::array<float, 256>& LinearTable() {
   static const auto table = [] {

@@ -53,7 +53,7 @@ TEST(UnwrapSimulatedTest, EveryCamerasTextureIsTheHeadsOwnWhereSeen) {
   SimulateOptions simulate;
   simulate.out = scratch / "capture";
   simulate.head = "plain";
-  simulate.frames = 2;
+  simulate.frames = 4;
   simulate.rig.cameras = 5;
   simulate.rig.held_out_cameras = 1;
   simulate.rig.width = 192;

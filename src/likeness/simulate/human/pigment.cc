@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "likeness/image/srgb.h"
+
 namespace likeness {
 
 Eigen::Vector3f SkinColour(float melanin, float haemoglobin) {
@@ -23,9 +25,7 @@ Eigen::Vector3f HairColour(float melanin, float redness, float grey) {
 }
 
 uint8_t EncodeSrgb(float linear) {
-  const float value = std::clamp(linear, 0.0f, 1.0f);
-  const float encoded = value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
-  return static_cast<uint8_t>(std::lround(255 * encoded));
+  return static_cast<uint8_t>(std::lround(255 * SrgbFromLinear(std::clamp(linear, 0.0f, 1.0f))));
 }
 
 }  // namespace likeness
