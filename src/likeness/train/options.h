@@ -41,7 +41,7 @@ struct TrainOptions {
   // seen in the same time. 1 draws every texture on its own, as the paper does.
   int views = 4;
 
-  double learning_rate = 1e-3;
+  double learning_rate = 2e-3;
   std::string schedule = "cosine";  // "constant", or "cosine": from learning_rate to 0 over the length of the run
   double warmup = 0.02;             // share of the run in which the rate rises to learning_rate
   double clip = 1;                  // largest norm of all gradients together; 0 does not clip
