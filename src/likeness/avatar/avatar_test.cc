@@ -103,7 +103,7 @@ TEST(Avatar, LoadRefusesWhatDoesNotFit) {
   const ScratchFolder folder;
   SaveAvatar(folder / "a.safetensors", SmallAvatar());
   const SafetensorsFile good(folder / "a.safetensors");
-  const auto error = [&](std::map<std::string, std::string> metadata, const std::string& dropped = "") {
+  const auto error = [&](const std::map<std::string, std::string>& metadata, const std::string& dropped = "") {
     std::vector<TensorView> tensors;
     for (const std::string& name : good.names()) {
       if (name != dropped) tensors.push_back({name, good.DTypeOf(name), good.ShapeOf(name), good.Bytes(name)});

@@ -64,7 +64,9 @@ TEST(Safetensors, BytesAreAsTheFormatSays) {
   EXPECT_THAT(bytes.substr(8, length),
               testing::StartsWith(R"({"x":{"dtype":"F32","shape":[2],"data_offsets":[0,8]}})"));
   EXPECT_EQ(bytes.size(), 8 + length + 8);
-  EXPECT_EQ(std::memcmp(bytes.data() + 8 + length, values.data(), 8), 0);
+  std::vector<float> stored(2);
+  std::memcpy(stored.data(), bytes.data() + 8 + length, 8);
+  EXPECT_EQ(stored, values);
 }
 
 TEST(Safetensors, ReadsAFileOfAnotherWriter) {

@@ -265,8 +265,9 @@ TEST(RenderTest, SupersamplingIsTheMeanOfTheFinePicture) {
     for (int x = 0; x < 90; ++x) {
       double colour = 0, coverage = 0;
       for (int s = 0; s < 9; ++s) {
-        colour += large.colour.at(3 * x + s / 3, 3 * y + s % 3)[1] / 9.0;
-        coverage += *large.coverage.at(3 * x + s / 3, 3 * y + s % 3) / 9.0;
+        const int column = 3 * x + s / 3, row = 3 * y + s % 3;
+        colour += large.colour.at(column, row)[1] / 9.0;
+        coverage += *large.coverage.at(column, row) / 9.0;
       }
       ASSERT_NEAR(small.colour.at(x, y)[1], colour, 1.01);
       ASSERT_NEAR(*small.coverage.at(x, y), coverage, 0.51);

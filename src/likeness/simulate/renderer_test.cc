@@ -344,8 +344,9 @@ TEST(RendererTest, TheMaskIsCoverage) {
     for (int x = 0; x < 60; ++x) {
       int inside = 0;
       for (int sub = 0; sub < 64; ++sub) {
-        const Vector3d o = camera.CentreInWorld(),
-                       d = camera.RayInWorld({x + (sub % 8 + 0.5) / 8, y + (sub / 8 + 0.5) / 8});
+        const int column = sub % 8, row = sub / 8;
+        const Vector3d o = camera.CentreInWorld();
+        const Vector3d d = camera.RayInWorld({x + (column + 0.5) / 8, y + (row + 0.5) / 8});
         inside += (o - o.dot(d) * d).norm() < kSphereRadius ? 1 : 0;
       }
       if (std::abs(inside - 32) < 10) continue;  // too close to half for 16 samples and a faceted sphere
