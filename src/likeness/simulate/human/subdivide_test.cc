@@ -21,8 +21,10 @@ std::vector<Quad> Grid(int n) {
 
 Vertices GridPoints(int n) {
   Vertices points((n + 1) * (n + 1), 3);
-  for (int i = 0; i < points.rows(); ++i)
-    points.row(i) << static_cast<float>(i % (n + 1)), static_cast<float>(i / (n + 1)), 0;
+  for (int i = 0; i < points.rows(); ++i) {
+    const int column = i % (n + 1), row = i / (n + 1);
+    points.row(i) << static_cast<float>(column), static_cast<float>(row), 0;
+  }
   return points;
 }
 

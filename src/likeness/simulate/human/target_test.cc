@@ -61,7 +61,9 @@ TEST(Target, DamagedArchivesAreErrorsAndUnpackNoFurtherThanAllowed) {
   flipped[packed.size() - 6] ^= 1;  // in the checksum
   EXPECT_NE(error(flipped, 1000), "");
   // A bomb: 50 MB of blanks in 50 KB.
-  EXPECT_EQ(error(Gzip(std::string(50'000'000, ' ')), 1'000'000), "x.gz: unpacks to more than 1000000 bytes");
+  std::string blanks;
+  blanks.resize(50'000'000, ' ');
+  EXPECT_EQ(error(Gzip(blanks), 1'000'000), "x.gz: unpacks to more than 1000000 bytes");
 }
 
 }  // namespace

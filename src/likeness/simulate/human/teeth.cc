@@ -268,9 +268,10 @@ Material TeethMaterial(const HumanRecipe& recipe) {
   const float yellow = 0.25f + 0.6f * static_cast<float>(recipe.age);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
+      const int from_middle = x / 2;
       const float v = 1.25f * (1 - (static_cast<float>(y) + 0.5f) / kHeight);  // 0 at the edge, 1 at the gum
       const float tone = 1 + 0.05f * (2 * UnitFromBits(HashCell(x, 0, 0, static_cast<uint32_t>(recipe.seed))) - 1) -
-                         0.03f * static_cast<float>(x / 2);
+                         0.03f * static_cast<float>(from_middle);
       Vector3f colour = Vector3f(0.86f, 0.77f, 0.65f) - yellow * Vector3f(0.04f, 0.09f, 0.18f);
       colour -= SmoothStep(0.35f, 1.1f, v) * Vector3f(0.06f, 0.13f, 0.17f);  // dentine shows through
       colour -= SmoothStep(0.16f, 0.0f, v) * Vector3f(0.18f, 0.14f, 0.08f);  // the edge lets light through
