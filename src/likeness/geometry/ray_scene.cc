@@ -33,6 +33,20 @@ void RejectBackFaces(const RTCFilterFunctionNArguments* args) {
   }
 }
 
+RTCRay SingleRay(const Ray& ray) {
+  RTCRay single = {};
+  single.org_x = ray.origin.x();
+  single.org_y = ray.origin.y();
+  single.org_z = ray.origin.z();
+  single.tnear = ray.t_min;
+  single.dir_x = ray.direction.x();
+  single.dir_y = ray.direction.y();
+  single.dir_z = ray.direction.z();
+  single.tfar = ray.t_max;
+  single.mask = ~0u;
+  return single;
+}
+
 constexpr size_t kPacket = 16;
 
 void FillPacket(std::span<const Ray> rays, int* valid, RTCRay16* packet) {
@@ -106,18 +120,7 @@ RayHit RayScene::Intersect(const Ray& ray) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   RTCRayHit query = {};
-  query.ray = {ray.origin.x(),
-               ray.origin.y(),
-               ray.origin.z(),
-               ray.t_min,
-               ray.direction.x(),
-               ray.direction.y(),
-               ray.direction.z(),
-               0,
-               ray.t_max,
-               ~0u,
-               0,
-               0};
+  query.ray = SingleRay(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(impl_->scene, &context, &query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
@@ -128,18 +131,7 @@ RayHit RayScene::Intersect(const Ray& ray) const {
 bool RayScene::Occluded(const Ray& ray) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay query = {ray.origin.x(),
-                  ray.origin.y(),
-                  ray.origin.z(),
-                  ray.t_min,
-                  ray.direction.x(),
-                  ray.direction.y(),
-                  ray.direction.z(),
-                  0,
-                  ray.t_max,
-                  ~0u,
-                  0,
-                  0};
+  RTCRay query = SingleRay(ray);
   rtcOccluded1(impl_->scene, &context, &query);
   return query.tfar < 0;
 }
