@@ -8,7 +8,6 @@
 #include "likeness/app/capture_flags.h"
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
-#include "likeness/base/file.h"
 #include "likeness/base/interrupt.h"
 #include "likeness/base/progress.h"
 #include "likeness/train/trainer.h"
@@ -103,9 +102,9 @@ int RunTrain(int argc, const char* const* argv) {
   arguments.options.Check();
 
   KeepMemory();
-  WriteFile(arguments.options.out / "train.toml", command.ResolvedToml());
   const InterruptScope interrupt;
-  const TrainResult result = Train(arguments.options, [&] { return interrupt.Requested(); });
+  const TrainResult result = Train(
+      arguments.options, [&] { return interrupt.Requested(); }, command.ResolvedToml());
   PrintSummary(arguments.options, result, arguments.json);
   return result.finished ? 0 : 1;
 }

@@ -162,7 +162,7 @@ void KeepMemory() {
   setenv("THP_MEM_ALLOC_ENABLE", "1", /*overwrite=*/0);  // LibTorch's allocator then asks for huge pages
 }
 
-TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop) {
+TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop, const std::string& resolved) {
   options.Check();
   at::set_num_threads(ThreadCount());
   const torch::Device device = FindDevice(options.device);
@@ -182,6 +182,7 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
     run = LoadCheckpoint(checkpoint, architecture, options.Fingerprint(), optimiser.State());
     LogInfo("go on from iteration {} of {}", run.iteration, checkpoint.string());
   }
+  if (!resolved.empty()) WriteFile(options.out / "train.toml", resolved);
   const auto save = [&] { SaveCheckpoint(checkpoint, run, architecture, options.Fingerprint(), optimiser.State()); };
 
   const int64_t first = run.iteration;

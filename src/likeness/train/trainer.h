@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 
 #include "likeness/train/options.h"
 
@@ -29,11 +30,13 @@ struct TrainResult {
 //   avatar.safetensors      when finished
 //   checkpoint.safetensors  every save_minutes, on request to stop, and at the end; the next run goes on from it
 //   log.csv                 losses, gradient norm, learning rate every log_every iterations
+//   train.toml              `resolved`, where it is given
 //   tensorboard/            the same, and pictures of fixed samples: truth, prediction, difference
 // On one machine's CPU with the same number of threads, a run limited by iterations gives the same weights bit for bit,
 // stopped and resumed or not. Throws Error for wrong options, an incomplete capture, a checkpoint of other options, and
 // when the loss stays not finite.
-TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop);
+//   resolved  the options as TOML, written as train.toml once it is sure that the run begins or goes on; empty: none
+TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop, const std::string& resolved = "");
 
 // Tells the C library to keep freed memory, in huge pages: training frees and takes hundreds of megabytes a step, and
 // would spend up to a third of its time on page faults. For a process that trains and does little else; call it before
