@@ -150,11 +150,12 @@ TEST_F(Training, ASecondRunOfAFinishedOneDoesNothing) {
 }
 
 TEST_F(Training, OtherOptionsDoNotContinueACheckpoint) {
-  Train(options_, After(3));
+  Train(options_, After(3), "of the run\n");
   TrainOptions other = options_;
   other.batch = 3;
   other.loss.kl = 0.5;
-  const std::string error = ErrorOf([&] { Train(other, kNever); });
+  const std::string error = ErrorOf([&] { Train(other, kNever, "refused\n"); });
+  EXPECT_EQ(ReadFile(options_.out / "train.toml"), "of the run\n");
   EXPECT_THAT(error, HasSubstr("batch = 6 there, batch = 3 now"));
   EXPECT_THAT(error, HasSubstr("loss.kl"));
   EXPECT_THAT(error, HasSubstr("--no-resume"));
