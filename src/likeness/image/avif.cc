@@ -83,7 +83,8 @@ ImageU8 DecodeAvif(const fs::path& path_for_errors, std::string_view bytes, int 
   LIKENESS_CHECK(channels == 1 || channels == 3 || channels == 4);
   const Decoder decoder = Parse(path_for_errors, bytes);
   if ((decoder->image->transformFlags & (AVIF_TRANSFORM_IROT | AVIF_TRANSFORM_IMIR)) != 0) {
-    throw FileError(path_for_errors, "an AVIF that is to be turned or mirrored after decoding; expected one that is not");
+    throw FileError(path_for_errors,
+                    "an AVIF that is to be turned or mirrored after decoding; expected one that is not");
   }
   if (const avifResult result = avifDecoderNextImage(decoder.get()); result != AVIF_RESULT_OK) {
     throw FileError(path_for_errors, fmt::format("is a damaged AVIF: {}", avifResultToString(result)));
@@ -99,7 +100,8 @@ ImageU8 DecodeAvif(const fs::path& path_for_errors, std::string_view bytes, int 
   rgb.pixels = image.row(0);
   rgb.rowBytes = static_cast<uint32_t>(image.width() * image.channels());
   if (const avifResult result = avifImageYUVToRGB(decoder->image, &rgb); result != AVIF_RESULT_OK) {
-    throw FileError(path_for_errors, fmt::format("an AVIF whose colours cannot be read: {}", avifResultToString(result)));
+    throw FileError(path_for_errors,
+                    fmt::format("an AVIF whose colours cannot be read: {}", avifResultToString(result)));
   }
   if (channels == 4) return image;
   if (needs_alpha) {

@@ -70,7 +70,8 @@ TEST(AvifTest, DamagedFilesAreErrorsOrPictures) {
   for (int round = 0; round < 600; ++round) {
     std::string bytes = good;
     for (int64_t i = 0, n = 1 + random.Below(3); i < n; ++i) {
-      bytes[static_cast<size_t>(random.Below(static_cast<int64_t>(bytes.size())))] = static_cast<char>(random.Below(256));
+      bytes[static_cast<size_t>(random.Below(static_cast<int64_t>(bytes.size())))] =
+          static_cast<char>(random.Below(256));
     }
     const std::string error = ErrorOf([&] { DecodeImage("a.avif", bytes); });
     EXPECT_TRUE(error.empty() || error.find("a.avif") != std::string::npos) << error;
@@ -101,7 +102,8 @@ TEST(AvifTest, TurnedPicturesAreRefused) {
   ASSERT_EQ(avifEncoderWrite(encoder.get(), image.get(), &data), AVIF_RESULT_OK);
   const std::string bytes(reinterpret_cast<const char*>(data.data), data.size);
   avifRWDataFree(&data);
-  EXPECT_THAT(ErrorOf([&] { DecodeImage("turned.avif", bytes); }), AllOf(HasSubstr("turned.avif"), HasSubstr("mirrored")));
+  EXPECT_THAT(ErrorOf([&] { DecodeImage("turned.avif", bytes); }),
+              AllOf(HasSubstr("turned.avif"), HasSubstr("mirrored")));
 }
 
 }  // namespace
