@@ -4,6 +4,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/text.h"
+#include "likeness/capture/ava256/ava256.h"
 #include "likeness/capture/multiface.h"
 
 namespace likeness {
@@ -60,7 +61,11 @@ std::unique_ptr<Capture> OpenCapture(const std::filesystem::path& root, const Ca
   std::error_code ignored;
   if (!std::filesystem::is_directory(root, ignored)) throw FileError(root, "no such folder");
   if (IsMultiface(root)) return OpenMultiface(root, options);
-  throw FileError(root, "is no capture: expected the Multiface layout, with KRT, frame_list.txt and tracked_mesh/");
+  if (IsAva256(root)) return OpenAva256(root, options);
+  throw FileError(
+      root,
+      "is no capture: expected the Multiface layout, with KRT, frame_list.txt and tracked_mesh/, or that of "
+      "Ava-256 and Goliath, with camera_calibration.json, frame_list.csv or frame_splits_list.csv, and image/");
 }
 
 }  // namespace likeness

@@ -43,6 +43,14 @@ struct TrackedFrame {
   RigidTransform world_from_head;  // mm
 };
 
+// What a capture's textures and meshes are standardised with, as its publisher gives it.
+struct PublishedStatistics {
+  ImageU8 texture_mean;            // RGB, square, row 0 is v = 1
+  double texture_variance = 0;     // 0 ... 255 squared
+  std::vector<float> vertex_mean;  // 3 values a vertex, mm, head space
+  double vertex_variance = 0;      // mm squared
+};
+
 // Cameras, frames and topology are in memory; images, textures and meshes are read when asked for. Const methods may be
 // called from many threads at once.
 class Capture {
@@ -66,6 +74,13 @@ class Capture {
   // None where the capture has no such file.
   virtual std::optional<ImageU8> ReadHeadMask(const FrameId& frame, const Camera& camera) const = 0;  // 255 = head
 
+  // A file of its own that holds just what ReadCameraImage gives; none where there is no image, or it is in an archive.
+  virtual std::optional<std::filesystem::path> ImageFile(const FrameId&, const Camera&) const { return std::nullopt; }
+  // RGB, square, row 0 is v = 1: the mean over cameras, of the largest size that there is of this frame.
+  virtual std::optional<ImageU8> ReadAverageTexture(const FrameId&) const { return std::nullopt; }
+  // None where the layout keeps them beside the textures (texture/texture_set.h) or there are none.
+  virtual std::optional<PublishedStatistics> ReadPublishedStatistics() const { return std::nullopt; }
+
   const Camera& FindCamera(const std::string& name) const;  // throws Error naming the nearest known one
   std::vector<Camera> TrainingCameras() const;
   std::vector<Camera> HeldOutCameras() const;
@@ -80,11 +95,14 @@ struct CaptureOptions {
   std::filesystem::path split_file;
   // JSON with the held-out segments alone; replaces those of the split file.
   std::filesystem::path test_segments_file;
-  // An .obj with faces and texture coordinates. Default: that of the first frame that has one.
+  // An .obj with faces and texture coordinates. Default: that of the first frame that has one (Multiface), or of the
+  // capture (ava256/ava256.h).
   std::filesystem::path topology_file;
+  // Reads cameras with lens distortion as if they had none. Otherwise they are an Error.
+  bool ignore_distortion = false;
 };
 
-// Opens a folder in any layout that is known (now: Multiface). Throws Error that says what was looked for.
+// Opens a folder in any layout that is known: Multiface, Ava-256, Goliath. Throws Error that says what was looked for.
 std::unique_ptr<Capture> OpenCapture(const std::filesystem::path& root, const CaptureOptions& options = {});
 
 }  // namespace likeness

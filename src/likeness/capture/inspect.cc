@@ -5,11 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "likeness/base/file.h"
 #include "likeness/base/parallel.h"
 #include "likeness/capture/layout.h"
 
@@ -59,18 +57,12 @@ void SummarizeMesh(const Capture& capture, CaptureSummary* summary) {
 
 void FindTextures(const Capture& capture, CaptureSummary* summary) {
   const CaptureLayout layout(capture.root());
-  const std::string prefix = "unwrapped_uv_";
-  for (const std::string& name : ListFolder(capture.root())) {
-    if (!name.starts_with(prefix)) continue;
+  for (const int size : TextureSizes(capture.root())) {
     TextureSummary texture;
-    const auto [end, error] = std::from_chars(name.data() + prefix.size(), name.data() + name.size(), texture.size);
-    if (error != std::errc() || end != name.data() + name.size() || texture.size < 1) continue;
-    for (const FrameId& frame : capture.frames())
-      texture.averages += Exists(layout.AverageTexture(frame, texture.size));
+    texture.size = size;
+    for (const FrameId& frame : capture.frames()) texture.averages += Exists(layout.AverageTexture(frame, size));
     summary->textures.push_back(texture);
   }
-  std::sort(summary->textures.begin(), summary->textures.end(),
-            [](const TextureSummary& a, const TextureSummary& b) { return a.size < b.size; });
   summary->has_statistics = Exists(layout.TextureMean()) && Exists(layout.TextureVariance()) &&
                             Exists(layout.VertexMean()) && Exists(layout.VertexVariance());
 }

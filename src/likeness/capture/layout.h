@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "likeness/capture/capture.h"
 
@@ -61,5 +62,8 @@ class CaptureLayout {
 
   std::filesystem::path root_;
 };
+
+// Sizes of the unwrapped textures that a capture has, smallest first.
+std::vector<int> TextureSizes(const std::filesystem::path& capture_root);
 
 }  // namespace likeness

@@ -26,7 +26,7 @@ class MultifaceCapture : public Capture {
     FindFrames();
     FindImageSizes();
     FindTopology(options.topology_file);
-    FindSplit(options);
+    split_ = FindSplit(layout_.SplitFile(), options, cameras_);
   }
 
   const fs::path& root() const override { return root_; }
@@ -52,6 +52,21 @@ class MultifaceCapture : public Capture {
   bool HasCameraImage(const FrameId& frame, const Camera& camera) const override {
     std::error_code ignored;
     return fs::exists(layout_.Image(frame, camera.name), ignored);
+  }
+
+  std::optional<fs::path> ImageFile(const FrameId& frame, const Camera& camera) const override {
+    if (!HasCameraImage(frame, camera)) return std::nullopt;
+    return layout_.Image(frame, camera.name);
+  }
+
+  std::optional<ImageU8> ReadAverageTexture(const FrameId& frame) const override {
+    const std::vector<int> sizes = TextureSizes(root_);
+    for (auto size = sizes.rbegin(); size != sizes.rend(); ++size) {
+      const fs::path path = layout_.AverageTexture(frame, *size);
+      std::error_code ignored;
+      if (fs::exists(path, ignored)) return ReadImage(path);
+    }
+    return std::nullopt;
   }
 
   bool HasHeadMask(const FrameId& frame, const Camera& camera) const override {
@@ -138,20 +153,6 @@ class MultifaceCapture : public Capture {
     topology_ = TopologyFromObj(ReadObj(path), path.string());
     topology_.Check(path.string());
     if (topology_.triangles.empty()) throw FileError(path, "has no faces");
-  }
-
-  void FindSplit(const CaptureOptions& options) {
-    std::error_code ignored;
-    fs::path path = options.split_file;
-    if (path.empty() && fs::exists(layout_.SplitFile(), ignored)) path = layout_.SplitFile();
-    SplitNames names;
-    if (!path.empty()) names = ParseSplit(path, ReadFile(path));
-    if (const fs::path& test_segments = options.test_segments_file; !test_segments.empty()) {
-      const SplitNames segments = ParseSplit(test_segments, ReadFile(test_segments));
-      if (!segments.has_segments) throw FileError(test_segments, "expected \"segment\": [prefixes of test segments]");
-      names.segments = segments.segments;
-    }
-    split_ = ResolveSplit(path, names, cameras_);
   }
 
   const fs::path root_;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "likeness/base/error.h"
+#include "likeness/base/file.h"
 #include "likeness/base/log.h"
 #include "likeness/capture/layout.h"
 
@@ -88,6 +89,21 @@ Split ResolveSplit(const std::filesystem::path& path_for_errors, const SplitName
                fmt::join(unknown, ", "));
   }
   return split;
+}
+
+Split FindSplit(const std::filesystem::path& default_file, const CaptureOptions& options,
+                const std::vector<Camera>& cameras) {
+  std::error_code ignored;
+  std::filesystem::path path = options.split_file;
+  if (path.empty() && std::filesystem::exists(default_file, ignored)) path = default_file;
+  SplitNames names;
+  if (!path.empty()) names = ParseSplit(path, ReadFile(path));
+  if (const std::filesystem::path& test_segments = options.test_segments_file; !test_segments.empty()) {
+    const SplitNames segments = ParseSplit(test_segments, ReadFile(test_segments));
+    if (!segments.has_segments) throw FileError(test_segments, "expected \"segment\": [prefixes of test segments]");
+    names.segments = segments.segments;
+  }
+  return ResolveSplit(path, names, cameras);
 }
 
 }  // namespace likeness

@@ -29,4 +29,9 @@ SplitNames ParseSplit(const std::filesystem::path& path_for_errors, std::string_
 Split ResolveSplit(const std::filesystem::path& path_for_errors, const SplitNames& names,
                    const std::vector<Camera>& cameras);
 
+// The split that a capture is opened with: options.split_file, otherwise `default_file` where it exists, otherwise all
+// cameras train; options.test_segments_file replaces the held-out segments.
+Split FindSplit(const std::filesystem::path& default_file, const CaptureOptions& options,
+                const std::vector<Camera>& cameras);
+
 }  // namespace likeness

@@ -56,7 +56,4 @@ class TextureSet {
   const int size_;
 };
 
-// Texture sizes that a capture has, smallest first.
-std::vector<int> TextureSizes(const std::filesystem::path& capture_root);
-
 }  // namespace likeness
