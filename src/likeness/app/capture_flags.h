@@ -7,7 +7,7 @@
 
 namespace likeness {
 
-// --split, --test-segments, --topology
+// --split, --test-segments, --topology, --ignore-distortion
 void AddCaptureFlags(Command* command, CaptureOptions* options);
 
 }  // namespace likeness

@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "likeness/app/capture_flags.h"
 #include "likeness/app/command.h"
+#include "likeness/app/mesh_file.h"
 #include "likeness/app/verbs.h"
 #include "likeness/avatar/avatar.h"
 #include "likeness/avatar/tensor_registry.h"
@@ -15,8 +17,7 @@
 #include "likeness/image/image_io.h"
 #include "likeness/image/panels.h"
 #include "likeness/image/resize.h"
-#include "likeness/render/portrait.h"
-#include "likeness/render/rasterizer.h"
+#include "likeness/render/mesh_views.h"
 
 namespace likeness {
 namespace {
@@ -63,67 +64,120 @@ std::string AvatarText(const fs::path& path, const Avatar& avatar) {
   return text;
 }
 
-// The mean texture beside the mean head from three sides.
-ImageU8 DrawAvatarSheet(const Avatar& avatar) {
-  constexpr int kHeight = 480;
-  std::vector<Panel> panels = {{FitInto(ToU8(avatar.texture_mean), kHeight, kHeight), "mean texture"}};
-  for (const double azimuth : {-50.0, 0.0, 50.0}) {
-    PortraitOptions view;
-    view.azimuth_deg = azimuth;
-    view.width = 360;
-    view.height = kHeight;
-    const Camera camera = PortraitCamera(avatar.vertex_mean, avatar.topology, view);
-    panels.push_back({DrawMesh(avatar.vertex_mean, avatar.topology, avatar.texture_mean, camera, {}).colour,
-                      fmt::format("mean head, azimuth {:g}", azimuth)});
-  }
+constexpr int kViewHeight = 480;  // px
+
+// A texture beside the mesh from three sides.
+ImageU8 DrawTexturedViews(const Vertices& vertices, const MeshTopology& topology, const ImageU8& texture,
+                          const std::string& label) {
+  std::vector<Panel> panels = MeshViews(vertices, topology, &texture, kViewHeight);
+  panels.insert(panels.begin(), {FitInto(texture, kViewHeight, kViewHeight), label});
   return SideBySide(panels);
+}
+
+// The first frame's mesh, with its average texture where there is one.
+ImageU8 DrawCaptureViews(const Capture& capture) {
+  const FrameId& frame = capture.frames().front();
+  const Vertices vertices = capture.ReadTracked(frame).vertices_in_head;
+  const std::optional<ImageU8> texture = capture.ReadAverageTexture(frame);
+  if (!texture) return SideBySide(MeshViews(vertices, capture.topology(), nullptr, kViewHeight));
+  return DrawTexturedViews(vertices, capture.topology(), *texture,
+                           fmt::format("average texture, {} {}", frame.segment, frame.frame));
+}
+
+struct Description {
+  nlohmann::ordered_json json;
+  std::string text;
+  ImageU8 picture;  // empty where none is to be drawn
+};
+
+Description DescribeMesh(const fs::path& path, const fs::path& topology_file, const fs::path& texture_file, bool draw) {
+  const MeshFile mesh = ReadMeshFile(path, topology_file);
+  if (!texture_file.empty() && !mesh.HasUvs()) {
+    throw Error("{}: a texture needs texture coordinates, which {} lacks; name an .obj that has them with --topology",
+                texture_file.string(), (topology_file.empty() ? path : topology_file).string());
+  }
+  const Eigen::RowVector3f low = mesh.vertices.colwise().minCoeff(), high = mesh.vertices.colwise().maxCoeff();
+  const MeshTopology& topology = mesh.topology;
+  Description d;
+  d.json = {{"root", path.string()},
+            {"layout", "mesh"},
+            {"vertices", topology.vertex_count},
+            {"triangles", topology.triangles.size()},
+            {"uvs", topology.uvs.size()},
+            {"lowest", {low[0], low[1], low[2]}},
+            {"highest", {high[0], high[1], high[2]}}};
+  d.text = fmt::format(
+      "{}: a mesh of {} vertices, {} triangles, {} texture coordinates\n"
+      "x {:.1f} ... {:.1f}, y {:.1f} ... {:.1f}, z {:.1f} ... {:.1f}\n",
+      path.string(), topology.vertex_count, topology.triangles.size(), topology.uvs.size(), low[0], high[0], low[1],
+      high[1], low[2], high[2]);
+  if (!draw) return d;
+  if (texture_file.empty()) {
+    d.picture = SideBySide(MeshViews(mesh.vertices, topology, nullptr, kViewHeight));
+  } else {
+    d.picture = DrawTexturedViews(mesh.vertices, topology, ReadImage(texture_file), texture_file.filename().string());
+  }
+  return d;
+}
+
+Description DescribeAvatar(const fs::path& path, bool draw) {
+  const Avatar avatar = LoadAvatar(path);
+  Description d = {AvatarJson(path, avatar), AvatarText(path, avatar), {}};
+  if (draw)
+    d.picture = DrawTexturedViews(avatar.vertex_mean, avatar.topology, ToU8(avatar.texture_mean), "mean texture");
+  return d;
+}
+
+Description DescribeCapture(const Capture& capture, bool draw, bool views, const ContactSheetOptions& options) {
+  const CaptureSummary summary = Summarize(capture);
+  Description d = {nlohmann::ordered_json::parse(ToJson(summary)), ToText(summary), {}};
+  if (draw) d.picture = DrawContactSheet(capture, options);
+  if (draw && views) d.picture = Stacked({d.picture, DrawCaptureViews(capture)});
+  return d;
 }
 
 }  // namespace
 
 int RunInspect(int argc, const char* const* argv) {
-  fs::path path, sheet;
+  fs::path path, sheet, texture;
   CaptureOptions capture_options;
   ContactSheetOptions sheet_options;
-  bool draw = true, json = false;
-  Command command("inspect", "Says what a capture (or an avatar file) is and what is missing, and draws a sheet of it.",
-                  "likeness inspect captures/demo --sheet demo.png");
-  command.Positional("PATH", &path, "folder of a capture, or an avatar file");
+  bool draw = true, views = true, json = false;
+  Command command("inspect",
+                  "Says what a capture, a mesh or an avatar file is and what is missing, and draws a sheet of it.",
+                  "likeness inspect captures/demo --sheet demo.png\n"
+                  "         likeness inspect 021924.bin --topology face.obj --texture 021924.png");
+  command.Positional("PATH", &path, "folder of a capture, a mesh (.bin, .ply, .obj), or an avatar file");
   command.Option("sheet", &sheet, "PNG to write the sheet to; default: NAME_sheet.png in the current folder");
   command.Option("draw", &draw, "draw the sheet");
   command.Option("cameras", &sheet_options.cameras, "rows of the sheet");
   command.Option("frames", &sheet_options.frames, "columns of the sheet");
   command.Option("thumbnail", &sheet_options.thumbnail, "pixels of an image's longer side");
   command.Option("mesh", &sheet_options.mesh, "draw the tracked mesh over the images");
-  command.Option("split", &capture_options.split_file, "JSON that names training and held-out cameras");
-  command.Option("topology", &capture_options.topology_file, "OBJ with faces and texture coordinates");
+  command.Option("views", &views, "draw a capture's first mesh from three sides, with its average texture");
+  command.Option("texture", &texture, "of a mesh file: PNG, JPEG or AVIF whose first row is v = 1");
+  AddCaptureFlags(&command, &capture_options);
   command.Option("json", &json, "write JSON to stdout");
   if (!command.Parse(argc, argv)) return 0;
   sheet_options.Check();
   if (sheet.empty()) sheet = DefaultSheet(path);
 
-  nlohmann::ordered_json description;
-  std::string text;
-  ImageU8 picture;
-  if (fs::is_regular_file(path)) {
-    const Avatar avatar = LoadAvatar(path);
-    description = AvatarJson(path, avatar);
-    text = AvatarText(path, avatar);
-    if (draw) picture = DrawAvatarSheet(avatar);
+  Description d;
+  if (!fs::is_regular_file(path)) {
+    if (!texture.empty()) throw UsageError("--texture is for a mesh file; a capture has its own textures");
+    d = DescribeCapture(*OpenCapture(path, capture_options), draw, views, sheet_options);
+  } else if (IsMeshFile(path)) {
+    d = DescribeMesh(path, capture_options.topology_file, texture, draw);
   } else {
-    const std::unique_ptr<Capture> capture = OpenCapture(path, capture_options);
-    const CaptureSummary summary = Summarize(*capture);
-    description = nlohmann::ordered_json::parse(ToJson(summary));
-    text = ToText(summary);
-    if (draw) picture = DrawContactSheet(*capture, sheet_options);
+    d = DescribeAvatar(path, draw);
   }
   if (draw) {
-    WritePng(sheet, picture);
+    WritePng(sheet, d.picture);
     WriteFile(fs::path(sheet).replace_extension(".toml"), command.ResolvedToml());
-    description["sheet"] = sheet.string();
-    text += fmt::format("\nsheet      {}\n", sheet.string());
+    d.json["sheet"] = sheet.string();
+    d.text += fmt::format("\nsheet      {}\n", sheet.string());
   }
-  fmt::print("{}\n", json ? description.dump(2) : text);
+  fmt::print("{}\n", json ? d.json.dump(2) : d.text);
   return 0;
 }
 
