@@ -25,7 +25,8 @@ struct VerbEntry {
 // In the order of the pipeline.
 const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
-    {"inspect", RunInspect, "says what a capture or an avatar is, and draws a capture's contact sheet"},
+    {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
+    {"convert", RunConvert, "copies a capture, or a part of it, into the layout that is written"},
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
