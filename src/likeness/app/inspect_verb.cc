@@ -10,6 +10,7 @@
 #include "likeness/app/verbs.h"
 #include "likeness/avatar/avatar.h"
 #include "likeness/avatar/tensor_registry.h"
+#include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/log.h"
 #include "likeness/capture/contact_sheet.h"
@@ -74,14 +75,22 @@ ImageU8 DrawTexturedViews(const Vertices& vertices, const MeshTopology& topology
   return SideBySide(panels);
 }
 
-// The first frame's mesh, with its average texture where there is one.
+// A mesh with its average texture, of the first of some frames that has one; otherwise the first mesh in grey.
 ImageU8 DrawCaptureViews(const Capture& capture) {
-  const FrameId& frame = capture.frames().front();
-  const Vertices vertices = capture.ReadTracked(frame).vertices_in_head;
-  const std::optional<ImageU8> texture = capture.ReadAverageTexture(frame);
-  if (!texture) return SideBySide(MeshViews(vertices, capture.topology(), nullptr, kViewHeight));
-  return DrawTexturedViews(vertices, capture.topology(), *texture,
-                           fmt::format("average texture, {} {}", frame.segment, frame.frame));
+  constexpr size_t kTried = 6;
+  for (const size_t i : EvenlySpread(capture.frames().size(), kTried)) {
+    const FrameId& frame = capture.frames()[i];
+    try {
+      const std::optional<ImageU8> texture = capture.ReadAverageTexture(frame);
+      if (!texture) continue;
+      return DrawTexturedViews(capture.ReadTracked(frame).vertices_in_head, capture.topology(), *texture,
+                               fmt::format("average texture, {} {}", frame.segment, frame.frame));
+    } catch (const Error& error) {
+      LogWarning("{}", error.what());  // a damaged file must not hide the rest of the capture
+    }
+  }
+  const Vertices vertices = capture.ReadTracked(capture.frames().front()).vertices_in_head;
+  return SideBySide(MeshViews(vertices, capture.topology(), nullptr, kViewHeight));
 }
 
 struct Description {

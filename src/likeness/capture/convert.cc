@@ -194,20 +194,24 @@ class Converter {
       has_obj = has_obj || Exists(layout.MeshObj(frame));
     }
     std::atomic<bool> needs_obj = !has_obj;
+    Progress progress("convert meshes", static_cast<int64_t>(frames_.size()), "frames");
     ParallelFor(static_cast<int64_t>(frames_.size()), [&](int64_t i) {
       const FrameId& frame = frames_[static_cast<size_t>(i)];
-      if (interrupt_.Requested() || (Exists(layout.MeshBinary(frame)) && Exists(layout.HeadPose(frame)))) return;
+      if (interrupt_.Requested()) return;
+      if (Exists(layout.MeshBinary(frame)) && Exists(layout.HeadPose(frame))) return progress.Skip(1);
       TrackedFrame tracked;
       if (!Guard([&] { tracked = source_.ReadTracked(frame); })) return;
       // Faces and texture coordinates once: readers need no more.
       if (needs_obj.exchange(false)) writer_.WriteObj(frame, tracked.vertices_in_head, source_.topology());
       writer_.WriteTracked(frame, tracked);
+      progress.Advance();
     });
+    progress.Finish();
   }
 
   void WriteImages() {
     const auto cameras = static_cast<int64_t>(cameras_.size()), count = cameras * static_cast<int64_t>(frames_.size());
-    Progress progress("convert " + source_.root().filename().string(), count, "images");
+    Progress progress("convert images", count, "images");
     ParallelFor(count, [&](int64_t i) {
       if (interrupt_.Requested()) return;
       const FrameId& frame = frames_[static_cast<size_t>(i / cameras)];

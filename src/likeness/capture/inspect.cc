@@ -104,7 +104,10 @@ void FindMissing(const Capture& capture, CaptureSummary* summary) {
   if (capture.split().held_out_segments.empty()) {
     missing.emplace_back("no segment is held out: nothing to judge expressions by");
   }
-  const std::string how = fmt::format("; run: likeness unwrap {}", summary->root);
+  // Other layouts are their publishers', and often read-only.
+  const std::string how = summary->layout == "Multiface"
+                              ? fmt::format("; run: likeness unwrap {}", summary->root)
+                              : fmt::format("; run: likeness convert {} OUT && likeness unwrap OUT", summary->root);
   if (summary->textures.empty()) missing.push_back("no unwrapped textures" + how);
   for (const TextureSummary& texture : summary->textures) {
     if (texture.averages == summary->frames) continue;
