@@ -26,7 +26,7 @@ Command Describe(Arguments& arguments) {
   Command command("train", "Trains an avatar on an unwrapped capture.",
                   "likeness train captures/demo avatars/demo --size 256 --minutes 7");
   command.Positional("CAPTURE", &o.capture, "folder of the capture, unwrapped");
-  command.Positional("OUT", &o.out, "folder for avatar.safetensors, checkpoint, log.csv and TensorBoard events");
+  command.Positional("OUT", &o.out, "folder for avatar.safetensors, checkpoints, log.csv and TensorBoard events");
   command.Choice("preset", &o.preset, PresetNames(), "recipe that sets the defaults of all other options");
   command.Option("size", &o.size, "texels a side; 0: the largest that the capture is unwrapped at");
   command.Option("latent", &o.latent, "values in a code");
@@ -49,11 +49,12 @@ Command Describe(Arguments& arguments) {
   command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");
   command.Option("seed", &o.seed, "of weights, order and noise");
   command.Option("device", &o.device, "cpu, cuda or cuda:N");
-  command.Option("save-minutes", &o.save_minutes, "between checkpoints");
+  command.Option("save-minutes", &o.save_minutes, "between checkpoints; 0: after every step");
+  command.Option("keep", &o.keep, "checkpoints that stay");
   command.Option("log-every", &o.log_every, "iterations between rows of log.csv");
   command.Option("workers", &o.workers, "threads that read textures ahead");
   command.Option("cache-mb", &o.cache_mb, "memory for textures; the others are read again when needed");
-  command.Option("resume", &o.resume, "go on from OUT's checkpoint");
+  command.Option("resume", &o.resume, "go on from OUT's newest checkpoint");
   AddCaptureFlags(&command, &o.capture_options);
   command.Option("json", &arguments.json, "write the summary as JSON");
   return command;

@@ -50,11 +50,12 @@ struct TrainOptions {
 
   uint64_t seed = 0;
   std::string device = "cpu";
-  double save_minutes = 5;  // between checkpoints
+  double save_minutes = 5;  // between checkpoints; 0: after every step
+  int keep = 3;             // checkpoints that stay
   int log_every = 10;       // iterations
   int workers = 1;          // threads that read ahead
   int cache_mb = 8192;      // memory for textures; those beyond are read again when needed
-  bool resume = true;       // go on from OUT's checkpoint; otherwise start afresh
+  bool resume = true;       // go on from OUT's newest checkpoint; otherwise start afresh
 
   // Throws Error naming the option.
   void Check() const;

@@ -11,6 +11,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/folder_lock.h"
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
@@ -31,6 +32,7 @@ namespace {
 constexpr int64_t kAverageEvery = 4;        // steps between updates of the mean weights: each reads all of them
 constexpr int64_t kMostSkippedInARow = 50;  // steps that are not finite before the run gives up
 constexpr int kPreviewSamples = 3;
+constexpr double kPictureMinutes = 1;  // at least, between pictures of the samples
 
 double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -176,14 +178,17 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
 
   const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device));
   Optimiser optimiser(network.parameters());
-  const std::filesystem::path checkpoint = options.out / "checkpoint.safetensors";
+  const FolderLock lock(options.out);
+  const RunIdentity identity = {architecture, options.Fingerprint()};
+  Checkpoints checkpoints(options.out, options.keep);
   RunState run;
-  if (options.resume && std::filesystem::exists(checkpoint)) {
-    run = LoadCheckpoint(checkpoint, architecture, options.Fingerprint(), optimiser.State());
-    LogInfo("go on from iteration {} of {}", run.iteration, checkpoint.string());
+  if (options.resume) {
+    run = checkpoints.Load(identity, optimiser.State()).value_or(RunState());
+  } else {
+    checkpoints.Replace();
   }
   if (!resolved.empty()) WriteFile(options.out / "train.toml", resolved);
-  const auto save = [&] { SaveCheckpoint(checkpoint, run, architecture, options.Fingerprint(), optimiser.State()); };
+  const auto save = [&] { checkpoints.Save(run, identity, optimiser.State()); };
 
   const int64_t first = run.iteration;
   const double earlier_s = run.elapsed_s;
@@ -195,7 +200,7 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
     Progress progress("train", options.minutes > 0 ? 0 : options.iterations, "iterations");
     progress.Skip(first);
     const auto start = std::chrono::steady_clock::now();
-    auto saved = start;
+    auto saved = start, pictured = start;
     bool stopped = false;
     while (!stopped && Position(options, run) < 1) {
       const double position = Position(options, run);
@@ -209,8 +214,8 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
       if (run.skipped_in_a_row >= kMostSkippedInARow) {
         throw Error(
             "the loss or its gradient was not finite in {} steps in a row (iteration {}); try a smaller "
-            "--learning-rate; {} holds the last good state",
-            kMostSkippedInARow, run.iteration, checkpoint.string());
+            "--learning-rate; {} holds the last checkpoints",
+            kMostSkippedInARow, run.iteration, (options.out / "checkpoints").string());
       }
       if (options.average > 0 && run.iteration % kAverageEvery == 0) {
         optimiser.Average(AverageDecay(options.average, run, position));
@@ -226,10 +231,13 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
       }
       progress.Advance();
       stopped = stop();
-      if (Seconds(now - saved) > 60 * options.save_minutes) {
+      if (Seconds(now - saved) >= 60 * options.save_minutes) {
         save();
-        log.WritePicture(run, Preview(network, dataset, device));
         saved = now;
+      }
+      if (Seconds(now - pictured) >= 60 * std::max(options.save_minutes, kPictureMinutes)) {
+        log.WritePicture(run, Preview(network, dataset, device));
+        pictured = now;
       }
     }
     result.waiting = loader.waited_s() / std::max(1e-9, run.elapsed_s - earlier_s);
