@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -13,13 +11,12 @@
 #include <thread>
 #include <vector>
 
+#include "likeness/app/program_testing.h"
 #include "likeness/avatar/safetensors.h"
 #include "likeness/base/file.h"
 #include "likeness/base/random.h"
 #include "likeness/base/testing.h"
 #include "likeness/train/synthetic_capture.h"
-
-extern char** environ;
 
 namespace likeness {
 namespace {
@@ -28,16 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr int kIterations = 1200;
 constexpr int kKills = 20;
-
-pid_t Start(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), LIKENESS_PROGRAM);
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  pid_t process = 0;
-  EXPECT_EQ(posix_spawn(&process, LIKENESS_PROGRAM, nullptr, nullptr, argv.data(), environ), 0);
-  return process;
-}
 
 std::vector<std::string> TrainInto(const ScratchFolder& scratch, const fs::path& out) {
   return {"train",
@@ -66,9 +53,7 @@ TEST(Kill, ResumesToTheSameWeights) {
   const ScratchFolder scratch;
   SyntheticCapture().Write(scratch / "capture");
   const fs::path alone = scratch / "alone", killed = scratch / "killed";
-  int status = -1;
-  waitpid(Start(TrainInto(scratch, alone)), &status, 0);
-  ASSERT_EQ(status, 0);
+  ASSERT_EQ(WaitFor(StartProgram(TrainInto(scratch, alone))), 0);
 
   const auto iteration = [&] {  // of the newest checkpoint
     const std::vector<std::string> names = ListFolder(killed / "checkpoints");
@@ -78,22 +63,24 @@ TEST(Kill, ResumesToTheSameWeights) {
   constexpr uint64_t kSeed = 20;
   SCOPED_TRACE(fmt::format("seed {}", kSeed));
   Random random(kSeed);
-  int kills = 0;
+  int kills = 0, status = 0;
   for (; kills < kKills; ++kills) {
     const bool early = kills % 4 == 0;
     const int target = early ? 0 : iteration() + 1 + static_cast<int>(random.Below(40));
-    const pid_t process = Start(TrainInto(scratch, killed));
-    while (iteration() < target && waitpid(process, &status, WNOHANG) == 0) {
+    const pid_t process = StartProgram(TrainInto(scratch, killed));
+    // A run that has ended stays a zombie until it is waited for.
+    siginfo_t ended = {};
+    while (iteration() < target &&
+           waitid(P_PID, static_cast<id_t>(process), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == 0) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     std::this_thread::sleep_for(std::chrono::duration<double>(random.Uniform(0, early ? 0.5 : 0.02)));
     kill(process, SIGKILL);
-    waitpid(process, &status, 0);
-    if (WIFEXITED(status)) break;
+    status = WaitFor(process);
+    if (status != 128 + SIGKILL) break;
   }
-  EXPECT_EQ(kills, kKills) << "the run ended before it was killed so often, with status " << WEXITSTATUS(status);
-  waitpid(Start(TrainInto(scratch, killed)), &status, 0);
-  ASSERT_EQ(status, 0);
+  EXPECT_EQ(kills, kKills) << "the run ended before it was killed so often, with status " << status;
+  ASSERT_EQ(WaitFor(StartProgram(TrainInto(scratch, killed))), 0);
 
   for (const fs::path& name :
        {fs::path("avatar.safetensors"), "checkpoints" / fs::path(ListFolder(alone / "checkpoints").back())}) {

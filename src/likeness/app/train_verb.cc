@@ -9,6 +9,8 @@
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
 #include "likeness/base/interrupt.h"
+#include "likeness/base/launcher.h"
+#include "likeness/base/log.h"
 #include "likeness/base/progress.h"
 #include "likeness/train/trainer.h"
 
@@ -37,7 +39,7 @@ Command Describe(Arguments& arguments) {
   command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
   command.Option("iterations", &o.iterations, "end after so many steps; 0: no such limit");
   command.Option("minutes", &o.minutes, "end after so much training; 0: no such limit");
-  command.Option("batch", &o.batch, "textures in a step");
+  command.Option("batch", &o.batch, "textures in a step, of each process");
   command.Option("views", &o.views, "textures of one frame in a step, which is encoded once for them");
   command.Option("learning-rate", &o.learning_rate, "of Adam, at its highest");
   command.Choice("schedule", &o.schedule, {"constant", "cosine"}, "of the learning rate over the run");
@@ -54,6 +56,7 @@ Command Describe(Arguments& arguments) {
   command.Option("log-every", &o.log_every, "iterations between rows of log.csv");
   command.Option("workers", &o.workers, "threads that read textures ahead");
   command.Option("cache-mb", &o.cache_mb, "memory for textures; the others are read again when needed");
+  command.Option("peer-timeout", &o.peer_timeout_s, "seconds until a process that does not answer ends the others");
   command.Option("resume", &o.resume, "go on from OUT's newest checkpoint");
   AddCaptureFlags(&command, &o.capture_options);
   command.Option("json", &arguments.json, "write the summary as JSON");
@@ -102,11 +105,14 @@ int RunTrain(int argc, const char* const* argv) {
   if (!command.Parse(argc, argv)) return 0;
   arguments.options.Check();
 
+  // One of several processes speaks for all.
+  const bool speaks = ReadLauncher().rank == 0;
+  if (!speaks) SetQuiet(true);
   KeepMemory();
   const InterruptScope interrupt;
   const TrainResult result = Train(
       arguments.options, [&] { return interrupt.Requested(); }, command.ResolvedToml());
-  PrintSummary(arguments.options, result, arguments.json);
+  if (speaks) PrintSummary(arguments.options, result, arguments.json);
   return result.finished ? 0 : 1;
 }
 

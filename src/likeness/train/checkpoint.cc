@@ -12,7 +12,7 @@ namespace likeness {
 
 namespace {
 
-constexpr char kFormat[] = "likeness-checkpoint-1";
+constexpr char kFormat[] = "likeness-checkpoint-2";
 
 std::string Joined(const std::vector<std::string>& lines) {
   std::string text;
@@ -64,6 +64,7 @@ RunState ReadRun(const SafetensorsFile& file, const std::vector<Parameter>& tens
   };
   RunState run;
   run.iteration = static_cast<int64_t>(number("iteration"));
+  run.batches = static_cast<int64_t>(number("batches"));
   run.elapsed_s = number("elapsed_s");
   run.skipped = static_cast<int64_t>(number("skipped"));
   run.skipped_in_a_row = static_cast<int64_t>(number("skipped_in_a_row"));
@@ -107,6 +108,7 @@ void Checkpoints::Save(const RunState& run, const RunIdentity& identity, const s
   WriteSafetensors(path, views,
                    {{"format", kFormat},
                     {"iteration", fmt::format("{}", run.iteration)},
+                    {"batches", fmt::format("{}", run.batches)},
                     {"elapsed_s", fmt::format("{}", run.elapsed_s)},
                     {"skipped", fmt::format("{}", run.skipped)},
                     {"skipped_in_a_row", fmt::format("{}", run.skipped_in_a_row)},

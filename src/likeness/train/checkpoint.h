@@ -14,6 +14,7 @@ namespace likeness {
 
 struct RunState {
   int64_t iteration = 0;         // steps done, skipped ones too
+  int64_t batches = 0;           // of all processes
   double elapsed_s = 0;          // of training
   int64_t skipped = 0;           // steps whose loss or gradient was not finite
   int64_t skipped_in_a_row = 0;  // until now
