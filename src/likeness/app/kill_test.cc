@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kIterations = 1200;
+constexpr int kIterations = 900;
 constexpr int kKills = 20;
 
 std::vector<std::string> TrainInto(const ScratchFolder& scratch, const fs::path& out) {
@@ -46,7 +46,7 @@ std::vector<std::string> TrainInto(const ScratchFolder& scratch, const fs::path&
           "--save-minutes",
           "0.0003",
           "--threads",
-          "2"};
+          "1"};
 }
 
 TEST(Kill, ResumesToTheSameWeights) {
