@@ -220,6 +220,19 @@ class Ava256Capture : public Capture {
     return ParsePly(meshes_->NameOf(number), meshes_->Read(number, kMostMesh)).vertices;
   }
 
+  // A damaged picture must not close the capture; several are no accident.
+  static ImageInfo FirstPictureInfo(const PackedFolder& pictures) {
+    constexpr size_t kTried = 3;
+    const std::vector<int64_t> numbers = pictures.Numbers();
+    for (size_t i = 0;; ++i) {
+      try {
+        return ReadImageInfo(pictures.NameOf(numbers[i]), pictures.Read(numbers[i], kMostPicture));
+      } catch (const Error&) {
+        if (i + 1 >= std::min(kTried, numbers.size())) throw;
+      }
+    }
+  }
+
   void FindCameras(bool ignore_distortion) {
     const fs::path path = data_ / "camera_calibration.json";
     std::vector<SensorCamera> sensors = ParseSensorCalibration(path, ReadFile(path));
@@ -229,9 +242,7 @@ class Ava256Capture : public Capture {
       Camera& camera = sensors[i].camera;
       files[i]->pictures = PackedFolder::Find(data_ / "image", "cam" + camera.name, {".avif", ".png", ".jpg"});
       if (!files[i]->pictures || files[i]->pictures->size() == 0) return;
-      const int64_t first = files[i]->pictures->Numbers().front();
-      const ImageInfo info =
-          ReadImageInfo(files[i]->pictures->NameOf(first), files[i]->pictures->Read(first, kMostPicture));
+      const ImageInfo info = FirstPictureInfo(*files[i]->pictures);
       camera.width = info.width;
       camera.height = info.height;
     });

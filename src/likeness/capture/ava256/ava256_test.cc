@@ -272,6 +272,10 @@ TEST_F(Ava256Test, WrongFilesAreNamed) {
   const auto capture = OpenCapture(root_);
   EXPECT_THAT(ErrorOf([&] { capture->ReadCameraImage(frames_[1], capture->cameras()[0]); }),
               HasSubstr("cam400940.zip/000019.png: is neither"));
+  WriteZip(data / "image/cam400940.zip", {{"000012.avif", "x"}, {"000019.avif", EncodeAvif(ImageU8(42, 64, 3, 9))}});
+  EXPECT_EQ(OpenCapture(root_)->cameras()[0].width, 42);
+  WriteZip(data / "image/cam400940.zip", {{"000012.avif", "x"}});
+  EXPECT_THAT(OpenError(), HasSubstr("000012.avif: is neither"));
   WriteZip(data / "image/cam400940.zip", {{"a/12.png", "x"}, {"b/000012.avif", "x"}});
   EXPECT_THAT(OpenError(), HasSubstr("holds both"));
   WriteFile(data / "image/cam400940.zip", "no zip at all");
