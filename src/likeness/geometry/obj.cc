@@ -98,7 +98,7 @@ MeshTopology TopologyFromObj(const ObjFile& obj, const std::string& what) {
   return topology;
 }
 
-void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const MeshTopology& topology) {
+std::string ObjText(const Vertices& vertices, const MeshTopology& topology) {
   std::string text;
   const auto out = std::back_inserter(text);
   for (const auto& v : vertices.rowwise()) fmt::format_to(out, FMT_COMPILE("v {} {} {}\n"), v[0], v[1], v[2]);
@@ -107,7 +107,11 @@ void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const
     const Eigen::Vector3i v = topology.triangles[i].array() + 1, t = topology.triangle_uvs[i].array() + 1;
     fmt::format_to(out, FMT_COMPILE("f {}/{} {}/{} {}/{}\n"), v[0], t[0], v[1], t[1], v[2], t[2]);
   }
-  WriteFile(path, text);
+  return text;
+}
+
+void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const MeshTopology& topology) {
+  WriteFile(path, ObjText(vertices, topology));
 }
 
 }  // namespace likeness
