@@ -117,8 +117,7 @@ const Command::Entry* Command::Find(const std::string& name) const {
   return it == entries_.end() ? nullptr : &*it;
 }
 
-std::vector<std::string> Command::ArgumentsFromConfig(const std::filesystem::path& path) const {
-  const std::string text = ReadFile(path, 1 << 24);
+std::vector<std::string> Command::ArgumentsFromConfig(const std::filesystem::path& path, std::string_view text) const {
   toml::table table;
   try {
     table = toml::parse(text, path.string());
@@ -153,6 +152,27 @@ std::vector<std::string> Command::ArgumentsFromConfig(const std::filesystem::pat
 }
 
 bool Command::Parse(int argc, const char* const* argv) {
+  constexpr uint64_t kMostBytes = 1 << 24;
+  const std::vector<std::string> given(argv + 1, argv + argc);
+  std::vector<std::string> arguments;
+  for (size_t i = 0; i < given.size(); ++i) {
+    std::filesystem::path config;
+    if (given[i] == "--config" && i + 1 < given.size()) config = given[i + 1];
+    if (given[i].starts_with("--config=")) config = given[i].substr(9);
+    if (!config.empty()) {
+      const auto from_config = ArgumentsFromConfig(config, ReadFile(config, kMostBytes));
+      arguments.insert(arguments.end(), from_config.begin(), from_config.end());
+    }
+  }
+  arguments.insert(arguments.end(), given.begin(), given.end());
+  return ParseArguments(std::move(arguments));
+}
+
+bool Command::ParseConfig(const std::filesystem::path& path_for_errors, std::string_view text) {
+  return ParseArguments(ArgumentsFromConfig(path_for_errors, text));
+}
+
+bool Command::ParseArguments(std::vector<std::string> arguments) {
   CLI::App app(summary_, "likeness " + verb_);
   app.set_help_flag("");
   bool help = false;
@@ -184,18 +204,6 @@ bool Command::Parse(int argc, const char* const* argv) {
   app.add_flag("--quiet,!--no-quiet", quiet_)->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.add_flag("--help,-h", help);
 
-  std::vector<std::string> given(argv + 1, argv + argc);
-  std::vector<std::string> arguments;
-  for (size_t i = 0; i < given.size(); ++i) {
-    std::filesystem::path config;
-    if (given[i] == "--config" && i + 1 < given.size()) config = given[i + 1];
-    if (given[i].starts_with("--config=")) config = given[i].substr(9);
-    if (!config.empty()) {
-      const auto from_config = ArgumentsFromConfig(config);
-      arguments.insert(arguments.end(), from_config.begin(), from_config.end());
-    }
-  }
-  arguments.insert(arguments.end(), given.begin(), given.end());
   std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them from the back
   try {
     app.parse(arguments);
