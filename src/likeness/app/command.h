@@ -60,8 +60,7 @@ class Command {
   };
 
   const Entry* Find(const std::string& name) const;
-  std::vector<std::string> ArgumentsFromConfig(const std::filesystem::path& path_for_errors,
-                                               std::string_view text) const;
+  void ApplyConfig(const std::filesystem::path& path_for_errors, std::string_view text);
   bool ParseArguments(std::vector<std::string> arguments);
 
   std::string verb_;
