@@ -50,7 +50,7 @@ std::vector<float> ParseCode(const std::filesystem::path& path_for_errors, std::
   TextLines lines(path_for_errors, text);
   std::vector<float> code;
   while (lines.Next()) {
-    for (const std::string_view word : lines.Words()) code.push_back(static_cast<float>(lines.Number(word)));
+    for (const std::string_view word : lines.Words()) code.push_back(lines.Float(word));
   }
   if (code.size() != static_cast<size_t>(latent)) {
     throw FileError(path_for_errors, fmt::format("holds {} numbers; this avatar's codes have {}", code.size(), latent));
