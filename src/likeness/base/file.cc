@@ -102,7 +102,7 @@ std::vector<float> ParseFloats(const fs::path& path_for_errors, std::string_view
                                : fmt::format("is {} bytes long, not a whole number of float32", bytes.size()));
   }
   std::vector<float> values(bytes.size() / sizeof(float));
-  std::memcpy(values.data(), bytes.data(), bytes.size());
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(values.data()));
   const auto bad = std::find_if_not(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
   if (bad != values.end()) {
     throw FileError(path_for_errors, fmt::format("value {} is not a finite number", bad - values.begin()));
