@@ -1,5 +1,7 @@
 // Split files, met by a capture that has every camera they name.
 
+#include <set>
+
 #include "fuzz.h"
 #include "likeness/capture/split_file.h"
 
@@ -8,12 +10,12 @@ namespace {
 
 Split ParseAndResolve(std::string_view text) {
   const SplitNames names = ParseSplit(fuzz::kPath, text);
+  std::set<std::string> known(names.train.begin(), names.train.end());
+  known.insert(names.test.begin(), names.test.end());
   std::vector<Camera> cameras;
-  for (const auto* list : {&names.train, &names.test}) {
-    for (const std::string& name : *list) {
-      cameras.emplace_back();
-      cameras.back().name = name;
-    }
+  for (const std::string& name : known) {
+    cameras.emplace_back();
+    cameras.back().name = name;
   }
   return ResolveSplit(fuzz::kPath, names, cameras);
 }
