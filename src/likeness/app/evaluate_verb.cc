@@ -15,6 +15,7 @@
 #include "likeness/train/comparison.h"
 #include "likeness/train/evaluate.h"
 #include "likeness/train/model.h"
+#include "likeness/train/multiface_protocol.h"
 #include "likeness/train/report.h"
 
 namespace likeness {
@@ -31,6 +32,8 @@ struct Arguments {
   fs::path report;
   fs::path log;
   fs::path times;
+  fs::path csv;
+  std::string protocol = "held-out";
   std::string device = "cpu";
   bool json = false;
 };
@@ -40,7 +43,10 @@ Command Describe(Arguments& a) {
                   "likeness evaluate avatars/demo captures/demo --pictures pictures --report report.html");
   command.Positional("AVATAR", &a.avatar, "avatar file, or the folder of its training run");
   command.Positional("CAPTURE", &a.capture, "folder of the capture, unwrapped at the avatar's texture size");
+  command.Choice("protocol", &a.protocol, {"held-out", "multiface"},
+                 "images of cameras and segments kept apart, or the texture error that the Multiface project prints");
   command.Option("json", &a.json, "write the figures as JSON");
+  command.Option("csv", &a.csv, "file for the figures as CSV, a row a group");
   command.Option("pictures", &a.pictures, "folder for PNGs of ground truth, ours and difference");
   command.Option("report", &a.report, "HTML file to write the whole evaluation to, pictures included");
   command.Option("max-images", &a.options.max_images, "most images of each group, spread evenly; 0: all");
@@ -61,6 +67,9 @@ int RunEvaluate(int argc, const char* const* argv) {
   Command command = Describe(a);
   if (!command.Parse(argc, argv)) return 0;
   a.options.Check();
+  if (a.protocol != "held-out" && (!a.pictures.empty() || !a.report.empty() || !a.csv.empty())) {
+    throw UsageError("--pictures, --report and --csv belong to --protocol held-out");
+  }
   const fs::path avatar_file = AvatarFile(a.avatar);
   const std::unique_ptr<AvatarModel> model = AvatarModel::Load(avatar_file, a.device);
   const std::unique_ptr<Capture> capture = OpenCapture(a.capture, a.capture_options);
@@ -75,7 +84,12 @@ int RunEvaluate(int argc, const char* const* argv) {
   const FrameEncoder encode = [&](const FrameId& frame, const TrackedFrame& tracked) {
     return model->Encode(textures.ReadAverage(frame), tracked.vertices_in_head);
   };
-  const EvaluationResult result = Evaluate(*capture, encode, *model, a.options);
+  if (a.protocol == "multiface") {
+    const MultifaceFigures figures = EvaluateAsMultiface(textures, encode, *model);
+    fmt::print("{}\n", a.json ? ToJson(figures) : ToText(figures));
+    return 0;
+  }
+  const EvaluationResult result = Evaluate(*capture, encode, *model, a.options, &textures);
 
   nlohmann::ordered_json json = nlohmann::ordered_json::parse(ToJson(result));
   std::string text = ToText(result);
@@ -86,6 +100,10 @@ int RunEvaluate(int argc, const char* const* argv) {
     WriteFile(a.pictures / "evaluation.json", json.dump(2) + "\n");
     WriteFile(a.pictures / "evaluate.toml", command.ResolvedToml());
     text += fmt::format("\npictures   {}\n", a.pictures.string());
+  }
+  if (!a.csv.empty()) {
+    WriteFile(a.csv, ToCsv(result));
+    text += fmt::format("CSV        {}\n", a.csv.string());
   }
   if (!a.report.empty()) {
     WriteFile(a.report, ReportHtml({a.avatar.string(), model->avatar(), *capture, result, log, stages}));

@@ -9,6 +9,8 @@
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
 #include "likeness/base/interrupt.h"
+#include "likeness/base/launcher.h"
+#include "likeness/base/log.h"
 #include "likeness/base/progress.h"
 #include "likeness/train/trainer.h"
 
@@ -26,7 +28,7 @@ Command Describe(Arguments& arguments) {
   Command command("train", "Trains an avatar on an unwrapped capture.",
                   "likeness train captures/demo avatars/demo --size 256 --minutes 7");
   command.Positional("CAPTURE", &o.capture, "folder of the capture, unwrapped");
-  command.Positional("OUT", &o.out, "folder for avatar.safetensors, checkpoint, log.csv and TensorBoard events");
+  command.Positional("OUT", &o.out, "folder for avatar.safetensors, checkpoints, log.csv and TensorBoard events");
   command.Choice("preset", &o.preset, PresetNames(), "recipe that sets the defaults of all other options");
   command.Option("size", &o.size, "texels a side; 0: the largest that the capture is unwrapped at");
   command.Option("latent", &o.latent, "values in a code");
@@ -37,7 +39,7 @@ Command Describe(Arguments& arguments) {
   command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
   command.Option("iterations", &o.iterations, "end after so many steps; 0: no such limit");
   command.Option("minutes", &o.minutes, "end after so much training; 0: no such limit");
-  command.Option("batch", &o.batch, "textures in a step");
+  command.Option("batch", &o.batch, "textures in a step, of each process");
   command.Option("views", &o.views, "textures of one frame in a step, which is encoded once for them");
   command.Option("learning-rate", &o.learning_rate, "of Adam, at its highest");
   command.Choice("schedule", &o.schedule, {"constant", "cosine"}, "of the learning rate over the run");
@@ -49,11 +51,13 @@ Command Describe(Arguments& arguments) {
   command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");
   command.Option("seed", &o.seed, "of weights, order and noise");
   command.Option("device", &o.device, "cpu, cuda or cuda:N");
-  command.Option("save-minutes", &o.save_minutes, "between checkpoints");
+  command.Option("save-minutes", &o.save_minutes, "between checkpoints; 0: after every step");
+  command.Option("keep", &o.keep, "checkpoints that stay");
   command.Option("log-every", &o.log_every, "iterations between rows of log.csv");
   command.Option("workers", &o.workers, "threads that read textures ahead");
   command.Option("cache-mb", &o.cache_mb, "memory for textures; the others are read again when needed");
-  command.Option("resume", &o.resume, "go on from OUT's checkpoint");
+  command.Option("peer-timeout", &o.peer_timeout_s, "seconds until a process that does not answer ends the others");
+  command.Option("resume", &o.resume, "go on from OUT's newest checkpoint");
   AddCaptureFlags(&command, &o.capture_options);
   command.Option("json", &arguments.json, "write the summary as JSON");
   return command;
@@ -101,11 +105,14 @@ int RunTrain(int argc, const char* const* argv) {
   if (!command.Parse(argc, argv)) return 0;
   arguments.options.Check();
 
+  // One of several processes speaks for all.
+  const bool speaks = ReadLauncher().rank == 0;
+  if (!speaks) SetQuiet(true);
   KeepMemory();
   const InterruptScope interrupt;
   const TrainResult result = Train(
       arguments.options, [&] { return interrupt.Requested(); }, command.ResolvedToml());
-  PrintSummary(arguments.options, result, arguments.json);
+  if (speaks) PrintSummary(arguments.options, result, arguments.json);
   return result.finished ? 0 : 1;
 }
 

@@ -1,6 +1,7 @@
 #include "likeness/train/evaluate.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,7 @@ struct Task {
 
 struct Measurement {
   SquaredError error;
+  SquaredError texture;
   double ssim = 0;
   double vertex_mm = 0;
   int64_t head_pixels = 0;
@@ -111,8 +113,12 @@ void Binarise(ImageU8* mask) {
 
 class Evaluator {
  public:
-  Evaluator(const Capture& capture, const FrameDecoder& decoder, const EvaluationOptions& options)
-      : capture_(capture), decoder_(decoder), used_vertices_(VerticesInTriangles(capture.topology())) {
+  Evaluator(const Capture& capture, const FrameDecoder& decoder, const EvaluationOptions& options,
+            const TextureSet* textures)
+      : capture_(capture),
+        decoder_(decoder),
+        textures_(textures),
+        used_vertices_(VerticesInTriangles(capture.topology())) {
     draw_options_.supersample = options.supersample;
   }
 
@@ -134,6 +140,11 @@ class Evaluator {
     Binarise(&*mask);
     m.error = MaskedSquaredError(truth, ours.colour, *mask);
     m.ssim = MaskedSsim(truth, ours.colour, *mask);
+    if (textures_ != nullptr && textures_->HasTexture(*task.frame, camera.name)) {
+      const ImageU8 unwrapped = textures_->ReadTexture(*task.frame, camera.name);
+      m.texture = MaskedSquaredError(unwrapped, ToU8(decoded.texture),
+                                     textures_->ReadMask(*task.frame, camera.name, unwrapped));
+    }
     m.vertex_mm = MeanDistance(decoded.vertices_in_head, tracked.vertices_in_head, used_vertices_);
     for (size_t i = 0; i < mask->values().size(); ++i) {
       if (mask->values()[i] == 0) continue;
@@ -155,6 +166,7 @@ class Evaluator {
 
   const Capture& capture_;
   const FrameDecoder& decoder_;
+  const TextureSet* textures_;
   const std::vector<int> used_vertices_;
   DrawOptions draw_options_;
 };
@@ -174,11 +186,12 @@ std::vector<std::vector<size_t>> ByFrame(const std::vector<Task>& tasks) {
 
 nlohmann::ordered_json JsonOf(const GroupResult& group) {
   nlohmann::ordered_json json;
-  for (const char* key : {"mse", "psnr_db", "ssim", "vertex_mm"}) json[key] = nullptr;
+  for (const char* key : {"mse", "psnr_db", "ssim", "texture_mse", "vertex_mm"}) json[key] = nullptr;
   if (group.images > 0) {
     json["mse"] = group.error.Mean();
     if (group.error.sum > 0) json["psnr_db"] = PsnrDb(group.error.Mean());
     json["ssim"] = group.ssim;
+    if (group.texture.count > 0) json["texture_mse"] = group.texture.Mean();
     json["vertex_mm"] = group.vertex_mm;
   }
   json["images"] = group.images;
@@ -230,12 +243,12 @@ void CheckHeldOut(const Avatar& avatar, const Capture& capture) {
 }
 
 EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,
-                          const EvaluationOptions& options) {
+                          const EvaluationOptions& options, const TextureSet* textures) {
   options.Check();
   const std::vector<Task> tasks = ChooseTasks(capture, options);
   if (tasks.empty()) throw Error("{}: no frame has an image to compare with", capture.root().string());
   const std::vector<std::vector<size_t>> frames = ByFrame(tasks);
-  const Evaluator evaluator(capture, decoder, options);
+  const Evaluator evaluator(capture, decoder, options, textures);
   std::vector<Measurement> measurements(tasks.size());
   Progress progress("evaluate", static_cast<int64_t>(tasks.size()), "images");
   ParallelFor(static_cast<int64_t>(frames.size()), [&](int64_t f) {
@@ -256,6 +269,7 @@ EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, co
     GroupResult& group = result.groups[g];
     ++group.images;
     group.error += measurements[i].error;
+    group.texture += measurements[i].texture;
     group.ssim += measurements[i].ssim;
     group.vertex_mm += measurements[i].vertex_mm;
     group.images_unmasked += measurements[i].unmasked;
@@ -275,8 +289,8 @@ EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, co
 }
 
 std::string ToText(const EvaluationResult& result) {
-  std::string text = fmt::format("{:<18} {:>7} {:>9} {:>9} {:>7} {:>10} {:>10}\n", "", "images", "MSE", "PSNR", "SSIM",
-                                 "vertices", "uncovered");
+  std::string text = fmt::format("{:<18} {:>7} {:>9} {:>9} {:>7} {:>9} {:>10} {:>10}\n", "", "images", "MSE", "PSNR",
+                                 "SSIM", "texture", "vertices", "uncovered");
   int unmasked = 0;
   for (const GroupResult& group : result.groups) {
     unmasked += group.images_unmasked;
@@ -284,12 +298,14 @@ std::string ToText(const EvaluationResult& result) {
       text += fmt::format("{:<18} {:>7}\n", ToString(group.group), 0);
       continue;
     }
-    text += fmt::format("{:<18} {:>7} {:>9.2f} {:>6.2f} dB {:>7.4f} {:>7.3f} mm {:>8.2f} %\n", ToString(group.group),
-                        group.images, group.error.Mean(), PsnrDb(group.error.Mean()), group.ssim, group.vertex_mm,
+    text += fmt::format("{:<18} {:>7} {:>9.2f} {:>6.2f} dB {:>7.4f} {:>9} {:>7.3f} mm {:>8.2f} %\n",
+                        ToString(group.group), group.images, group.error.Mean(), PsnrDb(group.error.Mean()), group.ssim,
+                        group.texture.count > 0 ? fmt::format("{:.2f}", group.texture.Mean()) : "-", group.vertex_mm,
                         100 * group.uncovered);
   }
   text +=
-      "\nover head pixels, 0 ... 255 units; PSNR is that of the group's MSE; uncovered head pixels count as black\n";
+      "\nMSE, PSNR (of the group's MSE) and SSIM over head pixels; texture: MSE over seen texels; 0 ... 255 units; "
+      "uncovered head pixels count as black\n";
   if (unmasked > 0) {
     text += fmt::format("{} images have no head mask: the tracked mesh's outline stood in for it\n", unmasked);
   }
@@ -300,6 +316,20 @@ std::string ToJson(const EvaluationResult& result) {
   nlohmann::ordered_json json;
   for (const GroupResult& group : result.groups) json[ToString(group.group)] = JsonOf(group);
   return json.dump(2);
+}
+
+std::string ToCsv(const EvaluationResult& result) {
+  std::vector<std::string> header = {"group"};
+  const nlohmann::ordered_json first = JsonOf(result.groups[0]);
+  for (const auto& [key, value] : first.items()) header.push_back(key);
+  std::string csv = fmt::format("{}\n", fmt::join(header, ","));
+  for (const GroupResult& group : result.groups) {
+    std::vector<std::string> row = {ToString(group.group)};
+    const nlohmann::ordered_json figures = JsonOf(group);
+    for (const auto& value : figures) row.push_back(value.is_null() ? "" : value.dump());
+    csv += fmt::format("{}\n", fmt::join(row, ","));
+  }
+  return csv;
 }
 
 }  // namespace likeness

@@ -18,6 +18,7 @@
 #include "likeness/capture/capture.h"
 #include "likeness/image/image.h"
 #include "likeness/image/metrics.h"
+#include "likeness/texture/texture_set.h"
 
 namespace likeness {
 
@@ -39,6 +40,7 @@ struct GroupResult {
   EvaluationGroup group = EvaluationGroup::kTraining;
   int images = 0;
   SquaredError error;       // pooled over all head pixels and channels of the group's images
+  SquaredError texture;     // likewise over the texels that the camera sees, where the capture is unwrapped
   double ssim = 0;          // mean over images of the mean over head pixels
   double vertex_mm = 0;     // mean over images of the mean distance of vertices that belong to triangles
   double uncovered = 0;     // share of head pixels where the avatar's mesh is not
@@ -73,12 +75,14 @@ void CheckHeldOut(const Avatar& avatar, const Capture& capture);
 using FrameEncoder = std::function<std::vector<float>(const FrameId& frame, const TrackedFrame& tracked)>;
 
 // Throws Error where the decoder's mesh is not the capture's, or a file is damaged. Shows progress.
+//   textures  of the decoder's size, for the error of textures; none leaves it out
 EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,
-                          const EvaluationOptions& options);
+                          const EvaluationOptions& options, const TextureSet* textures = nullptr);
 
 std::string ToText(const EvaluationResult& result);  // a table for a person
-// One object a group: "mse", "psnr_db", "ssim", "vertex_mm", "images", "uncovered", "images_unmasked"; the first four
-// are null where the group has no images, psnr_db also where the error is 0.
+// One object a group: "mse", "psnr_db", "ssim", "texture_mse", "vertex_mm", "images", "uncovered", "images_unmasked";
+// the first five are null where the group has no images, psnr_db also where the error is 0.
 std::string ToJson(const EvaluationResult& result);
+std::string ToCsv(const EvaluationResult& result);  // the same, a row a group
 
 }  // namespace likeness

@@ -6,11 +6,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "likeness/base/file.h"
 #include "likeness/base/testing.h"
 #include "likeness/capture/layout.h"
 #include "likeness/capture/writer.h"
+#include "likeness/image/image_io.h"
 #include "likeness/image/resize.h"
 #include "likeness/render/rasterizer.h"
+#include "likeness/train/multiface_protocol.h"
 
 namespace likeness {
 namespace {
@@ -163,6 +166,67 @@ TEST_F(EvaluateTest, GroupsAreKeptApart) {
   EXPECT_NEAR(json["held_out_cameras"]["psnr_db"], PsnrDb(25), 1e-9);
   EXPECT_EQ(json["held_out_both"]["images"], 1);
   EXPECT_THAT(ToText(result), HasSubstr("25.00"));
+}
+
+// The capture as it would be unwrapped: every camera sees the left half of the texture.
+class UnwrappedEvaluateTest : public EvaluateTest {
+ protected:
+  UnwrappedEvaluateTest() {
+    for (size_t f = 0; f < frames_.size(); ++f) {
+      for (const char* camera : kCameraNames) {
+        ImageU8 texture = ToU8(Texture(f)), mask(64, 64, 1);
+        for (int y = 0; y < 64; ++y) {
+          std::fill_n(mask.at(0, y), 32, uint8_t{255});
+          std::fill_n(texture.at(32, y), 3 * 32, uint8_t{0});
+        }
+        WritePng(writer_.layout().Texture(frames_[f], camera, 64), texture);
+        WritePng(writer_.layout().TextureMask(frames_[f], camera, 64), mask);
+      }
+    }
+    const CaptureLayout statistics(writer_.layout().TextureFolder(64));
+    WritePng(statistics.TextureMean(), ImageU8(64, 64, 3, 120));
+    WriteFile(statistics.TextureVariance(), "100\n");
+    WriteFloats(statistics.VertexMean(), std::vector<float>(static_cast<size_t>(vertices_.size()), 0.0f));
+    WriteFile(statistics.VertexVariance(), "50\n");
+  }
+};
+
+TEST_F(UnwrappedEvaluateTest, TextureErrorIsOverSeenTexels) {
+  Teller teller = MakeTeller();
+  teller.texture_offset = [](size_t, const auto&) { return 6.0f; };
+  const TextureSet textures(*capture_, 64);
+  const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
+    const auto index = std::find(frames_.begin(), frames_.end(), frame) - frames_.begin();
+    return std::vector<float>{static_cast<float>(index)};
+  };
+  const EvaluationResult result = Evaluate(*capture_, encode, teller, {}, &textures);
+  for (const GroupResult& group : result.groups) {
+    EXPECT_EQ(group.texture.count, int64_t{group.images} * 64 * 32 * 3);
+    EXPECT_NEAR(group.texture.Mean(), 36, 1e-9);
+  }
+  const std::string csv = ToCsv(result);
+  EXPECT_THAT(csv, testing::StartsWith("group,mse,psnr_db,ssim,texture_mse,vertex_mm,images,uncovered,"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5);
+}
+
+TEST_F(UnwrappedEvaluateTest, MultifaceProtocol) {
+  Teller teller = MakeTeller();
+  teller.texture_offset = [](size_t, const auto&) { return 6.0f; };
+  teller.vertex_offset = {3, -4, 0};
+  const TextureSet textures(*capture_, 64);
+  // A channel that is 0 counts as unseen there, whatever the mask says.
+  const auto path = writer_.layout().Texture(frames_[2], "a", 64);
+  ImageU8 texture = ReadImage(path);
+  texture.at(3, 3)[1] = 0;
+  WritePng(path, texture);
+  const auto encode = [](const FrameId& frame, const TrackedFrame&) {
+    EXPECT_EQ(frame.segment, "talk_1");
+    return std::vector<float>{2};
+  };
+  const MultifaceFigures figures = EvaluateAsMultiface(textures, encode, teller);
+  EXPECT_EQ(figures.views, 2);  // one frame, two training cameras
+  EXPECT_NEAR(figures.texture_mse, 36.0 * (64 * 32 * 3 - 0.5) / (64 * 64 * 3), 1e-6);
+  EXPECT_NEAR(figures.vertex_mse, 25.0 / 3 / 50, 1e-5);
 }
 
 TEST_F(EvaluateTest, VertexErrorIsInMillimetresOfUsedVertices) {

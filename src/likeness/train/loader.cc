@@ -4,14 +4,15 @@
 
 namespace likeness {
 
-Loader::Loader(const Dataset& dataset, SampleOrder order, int batch, int views, int64_t first, int workers)
+Loader::Loader(const Dataset& dataset, SampleOrder order, int batch, int views, int64_t first, int64_t stride,
+               int workers)
     : dataset_(dataset),
       order_(std::move(order)),
       batch_(batch),
       views_(views),
-      ahead_(workers + 1),
-      taken_(first),
-      claimed_(first) {
+      first_(first),
+      stride_(stride),
+      ahead_(workers + 1) {
   for (int i = 0; i < workers; ++i) workers_.emplace_back([this] { Work(); });
 }
 
@@ -34,7 +35,7 @@ void Loader::Work() {
         if (stop_) return;
         mine = claimed_++;
       }
-      Batch batch = dataset_.Read(order_.Samples(mine, batch_), views_);
+      Batch batch = dataset_.Read(order_.Samples(first_ + mine * stride_, batch_), views_);
       {
         const std::lock_guard lock(mutex_);
         ready_.emplace(mine, std::move(batch));

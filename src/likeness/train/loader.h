@@ -16,8 +16,8 @@ namespace likeness {
 
 class Loader {
  public:
-  // Begins at once with batch `first` of the order. `dataset` is borrowed.
-  Loader(const Dataset& dataset, SampleOrder order, int batch, int views, int64_t first, int workers);
+  // Begins at once with batch `first` of the order, and goes on with every `stride`-th. `dataset` is borrowed.
+  Loader(const Dataset& dataset, SampleOrder order, int batch, int views, int64_t first, int64_t stride, int workers);
   ~Loader();
   Loader(const Loader&) = delete;
   Loader& operator=(const Loader&) = delete;
@@ -35,12 +35,14 @@ class Loader {
   const SampleOrder order_;
   const int batch_;
   const int views_;
+  const int64_t first_;
+  const int64_t stride_;
   const int64_t ahead_;  // batches in memory at most
   std::mutex mutex_;
   std::condition_variable changed_;
   std::map<int64_t, Batch> ready_;
-  int64_t taken_;    // the next batch to hand out
-  int64_t claimed_;  // the next batch that a worker begins
+  int64_t taken_ = 0;    // the next batch to hand out, counted from first_
+  int64_t claimed_ = 0;  // the next batch that a worker begins
   std::exception_ptr error_;
   bool stop_ = false;
   double waited_s_ = 0;

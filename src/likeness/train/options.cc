@@ -40,7 +40,9 @@ void TrainOptions::Check() const {
   InRange("loss.geometry", loss.geometry, 0, 1e9);
   InRange("loss.kl", loss.kl, 0, 1e9);
   InRange("save-minutes", save_minutes, 0, 1e6);
+  InRange("keep", keep, 1, 1e6);
   InRange("log-every", log_every, 1, 1e6);
+  InRange("peer-timeout", peer_timeout_s, 1, 1e6);
   InRange("workers", workers, 1, 64);
   InRange("cache-mb", cache_mb, 0, 1e7);
 }

@@ -36,7 +36,7 @@ struct TrainOptions {
   int64_t iterations = 0;
   double minutes = 7;  // of training, not counting the reading of the capture
 
-  int batch = 16;  // textures in a step
+  int batch = 16;  // textures in a step, of each process
   // Textures of one frame that share a step: the frame is encoded once for all of them, so that more textures are
   // seen in the same time. 1 draws every texture on its own, as the paper does.
   int views = 4;
@@ -50,11 +50,13 @@ struct TrainOptions {
 
   uint64_t seed = 0;
   std::string device = "cpu";
-  double save_minutes = 5;  // between checkpoints
-  int log_every = 10;       // iterations
-  int workers = 1;          // threads that read ahead
-  int cache_mb = 8192;      // memory for textures; those beyond are read again when needed
-  bool resume = true;       // go on from OUT's checkpoint; otherwise start afresh
+  double save_minutes = 5;      // between checkpoints; 0: after every step
+  int keep = 3;                 // checkpoints that stay
+  int log_every = 10;           // iterations
+  int workers = 1;              // threads that read ahead
+  int cache_mb = 8192;          // memory for textures; those beyond are read again when needed
+  double peer_timeout_s = 120;  // until a process that does not answer ends the others
+  bool resume = true;           // go on from OUT's newest checkpoint; otherwise start afresh
 
   // Throws Error naming the option.
   void Check() const;

@@ -19,7 +19,8 @@ RunLog::RunLog(const std::filesystem::path& out, int64_t first)
     : path_(out / "log.csv"), tensorboard_(out / "tensorboard") {
   std::string kept = kHeader;
   if (first > 0 && std::filesystem::exists(path_)) {
-    const std::string text = ReadFile(path_);
+    std::string text = ReadFile(path_);
+    text.resize(text.rfind('\n') + 1);  // a killed process may leave half a row
     TextLines lines(path_, text);
     lines.Next();  // the header
     while (lines.Next()) {

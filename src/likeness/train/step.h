@@ -5,9 +5,11 @@
 #include <cstdint>
 
 #include "likeness/train/dataset.h"
+#include "likeness/train/gradient_exchange.h"
 #include "likeness/train/network.h"
 #include "likeness/train/optimiser.h"
 #include "likeness/train/options.h"
+#include "likeness/train/peers.h"
 
 namespace likeness {
 
@@ -18,8 +20,10 @@ struct StepValues {
 };
 
 // Encodes the batch's frames, samples codes z = mu + sigma * noise, decodes, and moves the weights against the loss's
-// gradient. The noise is a function of `noise_seed` alone.
-StepValues TrainStep(const Network& network, Optimiser& optimiser, const Batch& batch, const LossWeights& weights,
-                     uint64_t noise_seed, double learning_rate, double clip);
+// gradient. The noise is a function of `noise_seed` alone. With peers, each has a batch of its own, as if the step's
+// whole batch was cut in pieces: values and gradients are the means over all, and everybody takes the same step.
+StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& peers, GradientExchange& exchange,
+                     const Batch& batch, const LossWeights& weights, uint64_t noise_seed, double learning_rate,
+                     double clip);
 
 }  // namespace likeness

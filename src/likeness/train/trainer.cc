@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <malloc.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -11,6 +12,8 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/folder_lock.h"
+#include "likeness/base/launcher.h"
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
@@ -20,7 +23,9 @@
 #include "likeness/train/checkpoint.h"
 #include "likeness/train/dataset.h"
 #include "likeness/train/device.h"
+#include "likeness/train/gradient_exchange.h"
 #include "likeness/train/loader.h"
+#include "likeness/train/peers.h"
 #include "likeness/train/run_log.h"
 #include "likeness/train/step.h"
 
@@ -31,6 +36,7 @@ namespace {
 constexpr int64_t kAverageEvery = 4;        // steps between updates of the mean weights: each reads all of them
 constexpr int64_t kMostSkippedInARow = 50;  // steps that are not finite before the run gives up
 constexpr int kPreviewSamples = 3;
+constexpr double kPictureMinutes = 1;  // at least, between pictures of the samples
 
 double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -132,7 +138,7 @@ Avatar MakeAvatar(const Network& network, const Dataset& dataset, const Capture&
   avatar.weights = network.Folded();
   avatar.codes = EncodeFrames(network, dataset, options.batch, device);
   avatar.training = {{"iterations", fmt::format("{}", run.iteration)},
-                     {"samples", fmt::format("{}", run.iteration * options.batch)},
+                     {"samples", fmt::format("{}", run.batches * options.batch)},
                      {"elapsed_s", fmt::format("{:.1f}", run.elapsed_s)},
                      {"frames", fmt::format("{}", dataset.frames().size())},
                      {"textures", fmt::format("{}", dataset.samples().size())},
@@ -152,6 +158,17 @@ std::string Note(const TrainOptions& options, const RunState& run, const StepVal
                      FormatDuration(run.elapsed_s * (1 - position) / position));
 }
 
+// Gives everybody what the first process has loaded.
+void Share(const Peers& peers, RunState* run, const std::vector<Parameter>& state) {
+  const torch::Tensor counts = torch::tensor({run->iteration, run->batches, run->skipped, run->skipped_in_a_row});
+  const torch::Tensor elapsed_s = torch::tensor(run->elapsed_s, torch::kFloat64);
+  std::vector<torch::Tensor> tensors = {counts, elapsed_s};
+  for (const Parameter& tensor : state) tensors.push_back(tensor.value);
+  peers.Broadcast(tensors);
+  *run = {counts[0].item<int64_t>(), counts[1].item<int64_t>(), elapsed_s.item<double>(), counts[2].item<int64_t>(),
+          counts[3].item<int64_t>()};
+}
+
 }  // namespace
 
 void KeepMemory() {
@@ -165,7 +182,9 @@ void KeepMemory() {
 TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop, const std::string& resolved) {
   options.Check();
   at::set_num_threads(ThreadCount());
-  const torch::Device device = FindDevice(options.device);
+  const Launcher launcher = ReadLauncher();
+  const torch::Device device = FindDevice(options.device, launcher.local_rank);
+  const Peers peers(launcher, device, options.peer_timeout_s);
   const auto capture = OpenCapture(options.capture, options.capture_options);
   const TextureSet textures(*capture, options.size > 0 ? options.size : LargestSize(options.capture));
   const Architecture architecture = ArchitectureFrom(options, textures.size(), capture->topology().vertex_count);
@@ -176,83 +195,104 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
 
   const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device));
   Optimiser optimiser(network.parameters());
-  const std::filesystem::path checkpoint = options.out / "checkpoint.safetensors";
+  // The first process alone writes.
+  std::optional<FolderLock> lock;
+  if (peers.IsFirst()) lock.emplace(options.out);
+  const RunIdentity identity = {architecture, options.Fingerprint()};
+  Checkpoints checkpoints(options.out, options.keep);
   RunState run;
-  if (options.resume && std::filesystem::exists(checkpoint)) {
-    run = LoadCheckpoint(checkpoint, architecture, options.Fingerprint(), optimiser.State());
-    LogInfo("go on from iteration {} of {}", run.iteration, checkpoint.string());
+  if (peers.IsFirst()) {
+    if (options.resume) {
+      run = checkpoints.Load(identity, optimiser.State()).value_or(RunState());
+    } else {
+      checkpoints.Replace();
+    }
+    if (!resolved.empty()) WriteFile(options.out / "train.toml", resolved);
   }
-  if (!resolved.empty()) WriteFile(options.out / "train.toml", resolved);
-  const auto save = [&] { SaveCheckpoint(checkpoint, run, architecture, options.Fingerprint(), optimiser.State()); };
+  Share(peers, &run, optimiser.State());
+  const auto save = [&] {
+    if (peers.IsFirst()) checkpoints.Save(run, identity, optimiser.State());
+  };
 
-  const int64_t first = run.iteration;
+  const int64_t first = run.iteration, first_batch = run.batches;
   const double earlier_s = run.elapsed_s;
-  RunLog log(options.out, first);
+  std::optional<RunLog> log;
+  if (peers.IsFirst()) log.emplace(options.out, first);
   TrainResult result;
   {
+    GradientExchange exchange(peers, network.parameters());
     Loader loader(dataset, SampleOrder(dataset.samples_of_frame(), options.views, options.seed), options.batch,
-                  options.views, first, options.workers);
+                  options.views, first_batch + peers.rank(), peers.count(), options.workers);
     Progress progress("train", options.minutes > 0 ? 0 : options.iterations, "iterations");
     progress.Skip(first);
     const auto start = std::chrono::steady_clock::now();
-    auto saved = start;
+    auto saved = start, pictured = start;
     bool stopped = false;
     while (!stopped && Position(options, run) < 1) {
       const double position = Position(options, run);
       const double rate = LearningRate(options, position);
       const Batch batch = ToDevice(loader.Next(), device);
       const StepValues values =
-          TrainStep(network, optimiser, batch, options.loss,
+          TrainStep(network, optimiser, peers, exchange, batch, options.loss,
                     Hash({options.seed, 1, static_cast<uint64_t>(run.iteration)}), rate, options.clip);
       run.skipped += values.skipped ? 1 : 0;
       run.skipped_in_a_row = values.skipped ? run.skipped_in_a_row + 1 : 0;
       if (run.skipped_in_a_row >= kMostSkippedInARow) {
         throw Error(
             "the loss or its gradient was not finite in {} steps in a row (iteration {}); try a smaller "
-            "--learning-rate; {} holds the last good state",
-            kMostSkippedInARow, run.iteration, checkpoint.string());
+            "--learning-rate; {} holds the last checkpoints",
+            kMostSkippedInARow, run.iteration, (options.out / "checkpoints").string());
       }
       if (options.average > 0 && run.iteration % kAverageEvery == 0) {
         optimiser.Average(AverageDecay(options.average, run, position));
       }
       ++run.iteration;
+      run.batches += peers.count();
       const auto now = std::chrono::steady_clock::now();
-      run.elapsed_s = earlier_s + Seconds(now - start);
-      result.samples_per_s = static_cast<double>((run.iteration - first) * options.batch) / Seconds(now - start);
-      log.Add(values, rate);
-      if (run.iteration % options.log_every == 0 || Position(options, run) >= 1) {
-        progress.Note(Note(options, run, log.Means(), result.samples_per_s));
-        log.Write(run);
-      }
+      // Everybody goes by the first one's clock, and stops when anybody is asked to.
+      std::array agreed = {peers.IsFirst() ? earlier_s + Seconds(now - start) : 0, stop() ? 1.0 : 0.0};
+      peers.Sum(agreed);
+      run.elapsed_s = agreed[0];
+      stopped = agreed[1] > 0;
+      result.samples_per_s =
+          static_cast<double>((run.batches - first_batch) * options.batch) / (run.elapsed_s - earlier_s);
       progress.Advance();
-      stopped = stop();
-      if (Seconds(now - saved) > 60 * options.save_minutes) {
+      if (Seconds(now - saved) >= 60 * options.save_minutes) {
         save();
-        log.WritePicture(run, Preview(network, dataset, device));
         saved = now;
+      }
+      if (!log) continue;
+      log->Add(values, rate);
+      if (run.iteration % options.log_every == 0 || Position(options, run) >= 1) {
+        progress.Note(Note(options, run, log->Means(), result.samples_per_s));
+        log->Write(run);
+      }
+      if (Seconds(now - pictured) >= 60 * std::max(options.save_minutes, kPictureMinutes)) {
+        log->WritePicture(run, Preview(network, dataset, device));
+        pictured = now;
       }
     }
     result.waiting = loader.waited_s() / std::max(1e-9, run.elapsed_s - earlier_s);
   }
 
   result.iterations = run.iteration;
-  result.samples = run.iteration * options.batch;
+  result.samples = run.batches * options.batch;
   result.skipped = run.skipped;
   result.elapsed_s = run.elapsed_s;
   result.finished = Position(options, run) >= 1;
-  const StepValues last = log.LastMeans();
+  const StepValues last = log ? log->LastMeans() : StepValues();
   result.loss = last.total;
   result.loss_texture = last.texture;
   result.loss_geometry = last.geometry;
   result.loss_kl = last.kl;
   if (run.iteration > first) save();
-  if (!result.finished) return result;
+  if (!result.finished || !peers.IsFirst()) return result;
 
   result.avatar = options.out / "avatar.safetensors";
   if (run.iteration == first && std::filesystem::exists(result.avatar)) return result;
   if (options.average > 0) optimiser.SwapAverage();
   SaveAvatar(result.avatar, MakeAvatar(network, dataset, *capture, options, run, device));
-  log.WritePicture(run, Preview(network, dataset, device));
+  log->WritePicture(run, Preview(network, dataset, device));
   return result;
 }
 

@@ -28,7 +28,8 @@ struct TrainResult {
 
 // Trains until the iterations or minutes are over, or until stop() says so. Writes into options.out:
 //   avatar.safetensors      when finished
-//   checkpoint.safetensors  every save_minutes, on request to stop, and at the end; the next run goes on from it
+//   checkpoints/            every save_minutes, on request to stop, and at the end, the last few; the next run goes on
+//                           from the newest that is whole
 //   log.csv                 losses, gradient norm, learning rate every log_every iterations
 //   train.toml              `resolved`, where it is given
 //   tensorboard/            the same, and pictures of fixed samples: truth, prediction, difference

@@ -2,25 +2,33 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <cstdlib>
 
 #include "likeness/avatar/avatar.h"
 #include "likeness/avatar/safetensors.h"
 #include "likeness/base/file.h"
+#include "likeness/base/folder_lock.h"
 #include "likeness/base/log.h"
 #include "likeness/base/testing.h"
 #include "likeness/base/text.h"
 #include "likeness/capture/layout.h"
 #include "likeness/image/image_io.h"
 #include "likeness/texture/texture_set.h"
+#include "likeness/train/checkpoint.h"
 #include "likeness/train/model.h"
 #include "likeness/train/synthetic_capture.h"
 
 namespace likeness {
 namespace {
 
+using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
 
 const auto kNever = [] { return false; };
 
@@ -28,6 +36,8 @@ const auto kNever = [] { return false; };
 std::function<bool()> After(int steps) {
   return [left = steps]() mutable { return --left <= 0; };
 }
+
+std::filesystem::path Newest(const std::filesystem::path& out) { return Checkpoints(out, 1).Files().at(0); }
 
 class Training : public testing::Test {
  protected:
@@ -111,7 +121,7 @@ TEST_F(Training, ResumedEqualsUninterruptedBitForBit) {
   const Avatar whole = LoadAvatar(options_.out / "avatar.safetensors");
   const Avatar pieces = LoadAvatar(interrupted.out / "avatar.safetensors");
   for (const auto& [name, tensor] : whole.weights) EXPECT_EQ(tensor.values, pieces.weights.at(name).values) << name;
-  const SafetensorsFile a(options_.out / "checkpoint.safetensors"), b(interrupted.out / "checkpoint.safetensors");
+  const SafetensorsFile a(Newest(options_.out)), b(Newest(interrupted.out));
   for (const std::string& name : a.names()) {
     const auto x = a.Bytes(name), y = b.Bytes(name);
     EXPECT_TRUE(std::equal(x.begin(), x.end(), y.begin(), y.end())) << name;
@@ -163,20 +173,80 @@ TEST_F(Training, OtherOptionsDoNotContinueACheckpoint) {
   EXPECT_TRUE(Train(other, kNever).finished);
 }
 
-TEST_F(Training, DamagedCheckpointsAreRefused) {
+TEST_F(Training, TheLastFewCheckpointsStay) {
+  options_.save_minutes = 0;
+  options_.keep = 2;
+  Train(options_, kNever);
+  const std::vector<std::string> names = ListFolder(options_.out / "checkpoints");
+  EXPECT_THAT(names, ElementsAre("000000011.safetensors", "000000012.safetensors"));
+
+  // A run that starts afresh replaces them all, but only when it has one of its own.
+  options_.resume = false;
+  options_.save_minutes = 5;
+  options_.size = 64;
+  EXPECT_NE(ErrorOf([&] { Train(options_, kNever); }), "");
+  EXPECT_EQ(ListFolder(options_.out / "checkpoints").size(), 2u);
+  options_.size = 0;
   Train(options_, After(3));
-  const std::filesystem::path path = options_.out / "checkpoint.safetensors";
-  const std::string good = ReadFile(path);
-  WriteFile(path, good.substr(0, good.size() - 5));
-  EXPECT_THAT(ErrorOf([&] { Train(options_, kNever); }), HasSubstr("checkpoint.safetensors"));
-  WriteFile(path, "");
-  EXPECT_THAT(ErrorOf([&] { Train(options_, kNever); }), HasSubstr("too short"));
-  std::string nan = good;
-  nan.replace(nan.size() - 4, 4, "\xff\xff\xff\xff");
-  WriteFile(path, nan);
-  EXPECT_THAT(ErrorOf([&] { Train(options_, kNever); }), HasSubstr("not a finite"));
-  std::filesystem::copy_file(options_.capture / "KRT", path, std::filesystem::copy_options::overwrite_existing);
-  EXPECT_THAT(ErrorOf([&] { Train(options_, kNever); }), HasSubstr("checkpoint.safetensors"));
+  EXPECT_THAT(ListFolder(options_.out / "checkpoints"), ElementsAre("000000003.safetensors"));
+}
+
+TEST_F(Training, DamagedCheckpointsArePassedOver) {
+  Train(options_, kNever);
+  const std::vector<float> whole = LoadAvatar(options_.out / "avatar.safetensors").codes[0].mu;
+  const auto damaged_run = [&](const std::string& name, const std::function<std::string(std::string)>& damage) {
+    TrainOptions other = options_;
+    other.out = folder_ / name;
+    other.save_minutes = 0;
+    Train(other, After(7));
+    const std::filesystem::path newest = Newest(other.out);
+    WriteFile(newest, damage(ReadFile(newest)));
+    WriteFile(other.out / "checkpoints" / ".000000009.1.0.partial.safetensors", "half");
+    EXPECT_TRUE(Train(other, kNever).finished);
+    EXPECT_EQ(LoadAvatar(other.out / "avatar.safetensors").codes[0].mu, whole) << name;
+    EXPECT_EQ(ListFolder(other.out / "checkpoints").size(), 3u);
+  };
+  damaged_run("cut", [](const std::string& good) { return good.substr(0, good.size() - 5); });
+  damaged_run("empty", [](const std::string&) { return ""; });
+  damaged_run("nan", [](std::string good) { return good.replace(good.size() - 4, 4, "\xff\xff\xff\xff"); });
+  damaged_run("other", [&](const std::string&) { return ReadFile(options_.out / "avatar.safetensors"); });
+
+  // Where none is whole, the run does not begin anew behind the user's back.
+  for (const auto& path : Checkpoints(options_.out, 1).Files()) WriteFile(path, "");
+  EXPECT_THAT(ErrorOf([&] { Train(options_, kNever); }), AllOf(HasSubstr("no checkpoint"), HasSubstr("--no-resume")));
+}
+
+// Half a row in the log, as a killed process leaves it, is dropped.
+TEST_F(Training, AHalfWrittenLogIsMended) {
+  Train(options_, After(8));
+  const std::string log = ReadFile(options_.out / "log.csv");
+  WriteFile(options_.out / "log.csv", log + "8,0.1,0.2,0.3,0.4,0.5,0.6,0.7e-");
+  EXPECT_TRUE(Train(options_, kNever).finished);
+  EXPECT_THAT(ReadFile(options_.out / "log.csv"), AllOf(StartsWith(log), Not(HasSubstr("e-\n"))));
+}
+
+TEST_F(Training, AFullDiskLosesNothingFinished) {
+  options_.save_minutes = 0;
+  Train(options_, After(6));
+  const std::vector<std::string> before = ListFolder(options_.out / "checkpoints");
+  // Files cannot grow beyond a limit, which stands in for the disk's end.
+  rlimit unlimited;
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &unlimited), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit full = unlimited;
+  full.rlim_cur = std::filesystem::file_size(Newest(options_.out)) / 2;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const std::string error = ErrorOf([&] { Train(options_, kNever); });
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &unlimited), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(error, AllOf(HasSubstr("000000007.safetensors"), HasSubstr("File too large")));
+  EXPECT_EQ(ListFolder(options_.out / "checkpoints"), before);
+  EXPECT_TRUE(Train(options_, kNever).finished);
+}
+
+TEST_F(Training, TwoRunsDoNotShareAFolder) {
+  const FolderLock lock(options_.out);
+  EXPECT_THAT(ErrorOf([&] { Train(options_, kNever); }), HasSubstr("another process"));
 }
 
 TEST_F(Training, ValuesThatAreNotFiniteEndTheRunInTheEnd) {
