@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "likeness/base/error.h"
+#include "likeness/base/json.h"
 #include "likeness/base/log.h"
 #include "likeness/capture/layout.h"
 
@@ -35,12 +36,7 @@ bool Contains(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 SplitNames ParseSplit(const std::filesystem::path& path_for_errors, std::string_view text) {
-  json root;
-  try {
-    root = json::parse(text);
-  } catch (const json::exception& error) {
-    throw FileError(path_for_errors, fmt::format("is no JSON: {}", error.what()));
-  }
+  const json root = ParseJson(path_for_errors, text);
   if (!root.is_object()) throw FileError(path_for_errors, "expected a JSON object");
   SplitNames names;
   if (const auto full = root.find("full"); full != root.end()) {
@@ -88,6 +84,13 @@ Split ResolveSplit(const std::filesystem::path& path_for_errors, const SplitName
                fmt::join(unknown, ", "));
   }
   return split;
+}
+
+std::string SplitText(const Split& split) {
+  const auto& test = split.held_out_cameras.empty() ? split.training_cameras : split.held_out_cameras;
+  const nlohmann::ordered_json root = {{"full", {{"train", split.training_cameras}, {"test", test}, {"visual", test}}},
+                                       {"segment", split.held_out_segments}};
+  return root.dump(2) + '\n';
 }
 
 }  // namespace likeness

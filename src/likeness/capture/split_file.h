@@ -29,4 +29,8 @@ SplitNames ParseSplit(const std::filesystem::path& path_for_errors, std::string_
 Split ResolveSplit(const std::filesystem::path& path_for_errors, const SplitNames& names,
                    const std::vector<Camera>& cameras);
 
+// The text that ParseSplit and ResolveSplit take apart. As in published splits, test equals train when no camera is
+// held out.
+std::string SplitText(const Split& split);
+
 }  // namespace likeness

@@ -10,6 +10,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/image/avif.h"
 #include "likeness/image/png.h"
 
 namespace likeness {
@@ -79,10 +80,16 @@ ImageInfo JpegHeader(const fs::path& path, tjhandle jpeg, std::string_view bytes
 ImageU8 DecodeJpeg(const fs::path& path, std::string_view bytes, int channels) {
   const TurboJpeg jpeg(tjInitDecompress(), &tjDestroy);
   const ImageInfo info = JpegHeader(path, jpeg.get(), bytes);
+  // A block of 8 x 8 values takes a bit at least; with the coarsest subsampling eight of them make 32 x 32 pixels.
+  constexpr size_t kMostPixelsPerByte = 1024;
+  if (static_cast<size_t>(info.width) * info.height / kMostPixelsPerByte > bytes.size()) {
+    throw FileError(path, fmt::format("claims {} x {} pixels but holds only {} bytes: cut off or damaged", info.width,
+                                      info.height, bytes.size()));
+  }
   ImageU8 image(info.width, info.height, channels);
   const int format = channels == 1 ? TJPF_GRAY : channels == 3 ? TJPF_RGB : TJPF_RGBA;
   if (tjDecompress2(jpeg.get(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), image.row(0),
-                    info.width, 0, info.height, format, TJFLAG_ACCURATEDCT) != 0) {
+                    info.width, 0, info.height, format, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) != 0) {
     throw FileError(path, fmt::format("is a damaged JPEG: {}", tjGetErrorStr2(jpeg.get())));
   }
   return image;
@@ -91,20 +98,25 @@ ImageU8 DecodeJpeg(const fs::path& path, std::string_view bytes, int channels) {
 }  // namespace
 
 ImageInfo ReadImageInfo(const fs::path& path) {
-  std::string bytes = ReadFileStart(path, 64);
+  constexpr size_t kPngHeaderBytes = 64;  // other formats keep the size anywhere
+  const std::string start = ReadFileStart(path, kPngHeaderBytes);
+  return ReadImageInfo(path, IsPng(start) ? start : ReadFile(path));
+}
+
+ImageInfo ReadImageInfo(const fs::path& path_for_errors, std::string_view bytes) {
   if (IsPng(bytes)) {
-    const PngHeader header = ReadPngHeader(path, bytes);
-    CheckSize(path, header.width, header.height);
+    const PngHeader header = ReadPngHeader(path_for_errors, bytes);
+    CheckSize(path_for_errors, header.width, header.height);
     constexpr int kChannels[] = {1, 0, 3, 3, 2, 0, 4};
     const bool known = header.colour_type >= 0 && header.colour_type <= 6;
     return {static_cast<int>(header.width), static_cast<int>(header.height), known ? kChannels[header.colour_type] : 0};
   }
   if (IsJpeg(bytes)) {
-    bytes = ReadFile(path);
     const TurboJpeg jpeg(tjInitDecompress(), &tjDestroy);
-    return JpegHeader(path, jpeg.get(), bytes);
+    return JpegHeader(path_for_errors, jpeg.get(), bytes);
   }
-  throw FileError(path, "is neither PNG nor JPEG");
+  if (IsAvif(bytes)) return ReadAvifInfo(path_for_errors, bytes);
+  throw FileError(path_for_errors, "is neither PNG nor JPEG nor AVIF");
 }
 
 bool LooksWholePng(const fs::path& path) {
@@ -116,12 +128,14 @@ bool LooksWholePng(const fs::path& path) {
   return in.read(end, sizeof(end)) && std::string_view(end, sizeof(end)) == "IEND\xae\x42\x60\x82";
 }
 
-ImageU8 ReadImage(const fs::path& path, int channels) {
+ImageU8 ReadImage(const fs::path& path, int channels) { return DecodeImage(path, ReadFile(path), channels); }
+
+ImageU8 DecodeImage(const fs::path& path_for_errors, std::string_view bytes, int channels) {
   LIKENESS_CHECK(channels == 1 || channels == 3 || channels == 4);
-  const std::string bytes = ReadFile(path);
-  if (IsPng(bytes)) return DecodePng(path, bytes, channels);
-  if (IsJpeg(bytes)) return DecodeJpeg(path, bytes, channels);
-  throw FileError(path, "is neither PNG nor JPEG");
+  if (IsPng(bytes)) return DecodePng(path_for_errors, bytes, channels);
+  if (IsJpeg(bytes)) return DecodeJpeg(path_for_errors, bytes, channels);
+  if (IsAvif(bytes)) return DecodeAvif(path_for_errors, bytes, channels);
+  throw FileError(path_for_errors, "is neither PNG nor JPEG nor AVIF");
 }
 
 std::string EncodeJpeg(const ImageU8& image, int quality) {
