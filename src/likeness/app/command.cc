@@ -8,7 +8,13 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <concepts>
 #include <cstdio>
+#include <iterator>
+#include <limits>
+#include <utility>
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
@@ -24,12 +30,12 @@ std::string FlagName(const std::string& name) { return "--" + name; }
 std::string TomlString(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    if (c == '\n') {
-      quoted += "\\n";
-    } else {
-      quoted += c;
+    if (static_cast<unsigned char>(c) < 32 || c == 127) {
+      quoted += fmt::format("\\u{:04x}", c);
+      continue;
     }
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
   }
   return quoted + '"';
 }
@@ -43,7 +49,9 @@ struct ToToml {
   std::string operator()(const bool* v) const { return *v ? "true" : "false"; }
   std::string operator()(const int* v) const { return std::to_string(*v); }
   std::string operator()(const int64_t* v) const { return std::to_string(*v); }
-  std::string operator()(const uint64_t* v) const { return std::to_string(*v); }
+  std::string operator()(const uint64_t* v) const {
+    return std::in_range<int64_t>(*v) ? std::to_string(*v) : TomlString(std::to_string(*v));
+  }
   std::string operator()(const float* v) const { return TomlFloat(fmt::format("{}", *v)); }
   std::string operator()(const double* v) const { return TomlFloat(fmt::format("{}", *v)); }
   std::string operator()(const std::string* v) const { return TomlString(*v); }
@@ -67,17 +75,77 @@ struct ToDefault {
   }
 };
 
-const char* KindOf(const OptionTarget& target) {
-  static constexpr const char* kKinds[] = {"", "N", "N", "N", "X", "X", "TEXT", "PATH", "TEXT ..."};
-  return kKinds[target.index()];
+// How --help and errors call what an option takes, by OptionTarget's order.
+struct Kind {
+  const char* in_help;
+  const char* wanted;
+};
+constexpr Kind kKinds[] = {{"", "true or false"},
+                           {"N", "a whole number"},
+                           {"N", "a whole number"},
+                           {"N", "a whole number from 0 on"},
+                           {"X", "a number"},
+                           {"X", "a number"},
+                           {"TEXT", "text"},
+                           {"PATH", "a path"},
+                           {"TEXT ...", "a list of texts"}};
+static_assert(std::size(kKinds) == std::variant_size_v<OptionTarget>);
+
+// Sets an option from a configuration's value; false when it is of another kind or out of range.
+bool FromToml(const toml::node& node, bool* value) {
+  if (!node.is_boolean()) return false;
+  *value = *node.value<bool>();
+  return true;
 }
 
-std::string TomlScalar(const toml::node& node, const std::string& key) {
-  if (const auto v = node.value<std::string>(); v && node.is_string()) return *v;
-  if (node.is_boolean()) return *node.value<bool>() ? "true" : "false";
-  if (node.is_integer()) return std::to_string(*node.value<int64_t>());
-  if (node.is_floating_point()) return fmt::format("{}", *node.value<double>());
-  throw UsageError(fmt::format("configuration key '{}' has a value of a kind that no option takes", key));
+template <std::integral Integer>
+bool FromToml(const toml::node& node, Integer* value) {
+  if (const auto text = node.value_exact<std::string>()) {  // what is beyond TOML's own numbers stands in quotes
+    const char* const end = text->data() + text->size();
+    const auto [next, error] = std::from_chars(text->data(), end, *value);
+    return error == std::errc() && next == end;
+  }
+  if (!node.is_integer() || !std::in_range<Integer>(*node.value<int64_t>())) return false;
+  *value = static_cast<Integer>(*node.value<int64_t>());
+  return true;
+}
+
+template <std::floating_point Float>
+bool FromToml(const toml::node& node, Float* value) {
+  if (!node.is_number()) return false;
+  const double number = *node.value<double>();
+  if (std::isfinite(number) && std::abs(number) > double{std::numeric_limits<Float>::max()}) return false;
+  *value = static_cast<Float>(number);
+  return true;
+}
+
+// Names may look like numbers: cameras = [400069, 400070].
+bool FromToml(const toml::node& node, std::string* value) {
+  if (node.is_string()) {
+    *value = *node.value<std::string>();
+  } else if (node.is_integer()) {
+    *value = std::to_string(*node.value<int64_t>());
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool FromToml(const toml::node& node, std::filesystem::path* value) {
+  if (!node.is_string()) return false;
+  *value = *node.value<std::string>();
+  return true;
+}
+
+bool FromToml(const toml::node& node, std::vector<std::string>* value) {
+  const toml::array* array = node.as_array();
+  if (array == nullptr) {
+    value->assign(1, "");
+    return FromToml(node, &value->front());
+  }
+  value->assign(array->size(), "");
+  return std::equal(array->begin(), array->end(), value->begin(),
+                    [](const toml::node& item, std::string& text) { return FromToml(item, &text); });
 }
 
 // Calls `use(key, node)` for every value of a table, keys of nested tables joined by dots.
@@ -117,8 +185,7 @@ const Command::Entry* Command::Find(const std::string& name) const {
   return it == entries_.end() ? nullptr : &*it;
 }
 
-std::vector<std::string> Command::ArgumentsFromConfig(const std::filesystem::path& path) const {
-  const std::string text = ReadFile(path, 1 << 24);
+void Command::ApplyConfig(const std::filesystem::path& path, std::string_view text) {
   toml::table table;
   try {
     table = toml::parse(text, path.string());
@@ -126,33 +193,48 @@ std::vector<std::string> Command::ArgumentsFromConfig(const std::filesystem::pat
     throw UsageError(
         fmt::format("{}:{}: not valid TOML: {}", path.string(), error.source().begin.line, error.description()));
   }
-  std::vector<std::string> known;
+  std::vector<std::string> known = {"threads", "quiet"};
   for (const Entry& entry : entries_) {
     if (!entry.positional) known.push_back(entry.name);
   }
-  known.insert(known.end(), {"threads", "quiet"});
-  std::vector<std::string> arguments;
   Flatten(table, "", [&](const std::string& key, const toml::node& node) {
-    const Entry* entry = Find(key);
-    const bool is_common = key == "threads" || key == "quiet";
-    if (!is_common && (entry == nullptr || entry->positional)) {
+    const auto fail = [&, line = node.source().begin.line](const std::string& message) {
+      throw UsageError(fmt::format("{}:{}: {}", path.string(), line, message));
+    };
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
       const std::string nearest = NearestWord(key, known);
-      throw UsageError(fmt::format("{}:{}: unknown key '{}'{}", path.string(), node.source().begin.line, key,
-                                   nearest.empty() ? "" : fmt::format(", did you mean '{}'?", nearest)));
+      fail(fmt::format("unknown key '{}'{}", key, nearest.empty() ? "" : fmt::format(", did you mean '{}'?", nearest)));
     }
-    if (const toml::array* array = node.as_array()) {
-      if (!array->empty()) arguments.push_back(FlagName(key));
-      for (const toml::node& item : *array) arguments.push_back(TomlScalar(item, key));
-    } else if (node.is_boolean()) {
-      arguments.push_back(*node.value<bool>() ? FlagName(key) : "--no-" + key);
-    } else {
-      arguments.push_back(FlagName(key) + "=" + TomlScalar(node, key));
+    const Entry* entry = Find(key);
+    const OptionTarget target = entry != nullptr ? entry->target : key == "quiet" ? OptionTarget(&quiet_) : &threads_;
+    const bool fits = std::visit([&](auto* value) { return FromToml(node, value); }, target);
+    if (!fits) fail(fmt::format("'{}' needs {}", key, kKinds[target.index()].wanted));
+    if (entry == nullptr || entry->choices.empty()) return;
+    const auto& chosen = *std::get<std::string*>(target);
+    if (std::find(entry->choices.begin(), entry->choices.end(), chosen) == entry->choices.end()) {
+      fail(fmt::format("'{}' is '{}', expected one of {}", key, chosen, fmt::join(entry->choices, ", ")));
     }
   });
-  return arguments;
 }
 
 bool Command::Parse(int argc, const char* const* argv) {
+  constexpr uint64_t kMostBytes = 1 << 24;
+  std::vector<std::string> given(argv + 1, argv + argc);
+  for (size_t i = 0; i < given.size(); ++i) {
+    std::filesystem::path config;
+    if (given[i] == "--config" && i + 1 < given.size()) config = given[i + 1];
+    if (given[i].starts_with("--config=")) config = given[i].substr(9);
+    if (!config.empty()) ApplyConfig(config, ReadFile(config, kMostBytes));
+  }
+  return ParseArguments(std::move(given));
+}
+
+bool Command::ParseConfig(const std::filesystem::path& path_for_errors, std::string_view text) {
+  ApplyConfig(path_for_errors, text);
+  return ParseArguments({});
+}
+
+bool Command::ParseArguments(std::vector<std::string> arguments) {
   CLI::App app(summary_, "likeness " + verb_);
   app.set_help_flag("");
   bool help = false;
@@ -184,18 +266,6 @@ bool Command::Parse(int argc, const char* const* argv) {
   app.add_flag("--quiet,!--no-quiet", quiet_)->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.add_flag("--help,-h", help);
 
-  std::vector<std::string> given(argv + 1, argv + argc);
-  std::vector<std::string> arguments;
-  for (size_t i = 0; i < given.size(); ++i) {
-    std::filesystem::path config;
-    if (given[i] == "--config" && i + 1 < given.size()) config = given[i + 1];
-    if (given[i].starts_with("--config=")) config = given[i].substr(9);
-    if (!config.empty()) {
-      const auto from_config = ArgumentsFromConfig(config);
-      arguments.insert(arguments.end(), from_config.begin(), from_config.end());
-    }
-  }
-  arguments.insert(arguments.end(), given.begin(), given.end());
   std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them from the back
   try {
     app.parse(arguments);
@@ -227,8 +297,8 @@ bool Command::Parse(int argc, const char* const* argv) {
     }
     for (const Entry& entry : entries_) {
       if (entry.positional) continue;
-      const std::string kind =
-          entry.choices.empty() ? KindOf(entry.target) : fmt::format("{}", fmt::join(entry.choices, "|"));
+      const std::string kind = entry.choices.empty() ? kKinds[entry.target.index()].in_help
+                                                     : fmt::format("{}", fmt::join(entry.choices, "|"));
       const std::string standard = std::visit(ToDefault(), entry.target);
       line(FlagName(entry.name) + (kind.empty() ? "" : " " + kind),
            entry.help + (standard.empty() ? "" : fmt::format(" [{}]", standard)));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -42,6 +43,8 @@ class Command {
 
   // False when --help was written to stdout. Throws UsageError for a wrong command line.
   bool Parse(int argc, const char* const* argv);
+  // The same with nothing but a configuration, whose text is given.
+  bool ParseConfig(const std::filesystem::path& path_for_errors, std::string_view text);
 
   // All options with their values, as a TOML file that --config reads back. Write it beside every output.
   std::string ResolvedToml() const;
@@ -57,7 +60,8 @@ class Command {
   };
 
   const Entry* Find(const std::string& name) const;
-  std::vector<std::string> ArgumentsFromConfig(const std::filesystem::path& path) const;
+  void ApplyConfig(const std::filesystem::path& path_for_errors, std::string_view text);
+  bool ParseArguments(std::vector<std::string> arguments);
 
   std::string verb_;
   std::string summary_;

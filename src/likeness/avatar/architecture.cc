@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "likeness/base/error.h"
+#include "likeness/base/json.h"
 
 namespace likeness {
 
@@ -140,7 +141,7 @@ std::string ArchitectureToJson(const Architecture& a) {
 Architecture ArchitectureFromJson(const std::string& text) {
   Architecture a;
   try {
-    const nlohmann::json json = nlohmann::json::parse(text);
+    const nlohmann::json json = ParseJson("the architecture", text);
     const auto integer = [&](const char* key) {
       const nlohmann::json& value = json.at(key);
       if (!value.is_number_integer() || value < 0 || value > 1'000'000) {

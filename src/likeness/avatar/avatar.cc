@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "likeness/avatar/safetensors.h"
 #include "likeness/avatar/tensor_registry.h"
 #include "likeness/base/error.h"
+#include "likeness/base/json.h"
 
 namespace likeness {
 
@@ -49,10 +49,11 @@ std::vector<Eigen::Vector3i> ReadTriangles(const SafetensorsFile& file, const ch
 // Frames' names: a list of pairs. Training information: a map of strings.
 template <typename T>
 T ReadJson(const SafetensorsFile& file, const char* key) {
+  const std::string where = fmt::format("{}: metadata '{}'", file.path().string(), key);
   try {
-    return nlohmann::json::parse(file.Metadata(key)).get<T>();
+    return ParseJson(where, file.Metadata(key)).get<T>();
   } catch (const nlohmann::json::exception& error) {
-    throw FileError(file.path(), fmt::format("metadata '{}' is not understood: {}", key, error.what()));
+    throw FileError(where, fmt::format("is not understood: {}", error.what()));
   }
 }
 
@@ -141,8 +142,10 @@ void SaveAvatar(const std::filesystem::path& path, const Avatar& avatar) {
                      "textures: RGB 0 to 255, row 0 is v = 1; views: unit vectors from the head's centre"}});
 }
 
-Avatar LoadAvatar(const std::filesystem::path& path) {
-  const SafetensorsFile file(path);
+Avatar LoadAvatar(const std::filesystem::path& path) { return AvatarFrom(SafetensorsFile(path)); }
+
+Avatar AvatarFrom(const SafetensorsFile& file) {
+  const std::filesystem::path& path = file.path();
   const auto format = file.metadata().find("format");
   if (format == file.metadata().end() || format->second != kFormat) {
     throw FileError(path, "is no avatar (its metadata lack format = likeness-avatar); likeness train makes one");

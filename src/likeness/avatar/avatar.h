@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "likeness/avatar/architecture.h"
+#include "likeness/avatar/safetensors.h"
 #include "likeness/geometry/mesh.h"
 #include "likeness/image/image.h"
 
@@ -53,5 +54,6 @@ void SaveAvatar(const std::filesystem::path& path, const Avatar& avatar);
 
 // Throws Error naming the file for anything that SaveAvatar would not have written.
 Avatar LoadAvatar(const std::filesystem::path& path);
+Avatar AvatarFrom(const SafetensorsFile& file);
 
 }  // namespace likeness

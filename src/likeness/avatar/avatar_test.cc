@@ -127,7 +127,7 @@ TEST(Avatar, LoadRefusesWhatDoesNotFit) {
   EXPECT_THAT(with("vertex.variance", ""), HasSubstr("no number"));
   EXPECT_THAT(with("codes.frames", "[[\"a\",\"b\"]]"), HasSubstr("codes.mu"));
   EXPECT_THAT(with("codes.frames", "7"), HasSubstr("not understood"));
-  EXPECT_THAT(with("training", "[[["), HasSubstr("not understood"));
+  EXPECT_THAT(with("training", "[[["), HasSubstr("metadata 'training': is no JSON"));
   Architecture other = SmallAvatar().architecture;
   other.latent = 4;
   EXPECT_THAT(with("architecture", ArchitectureToJson(other)), HasSubstr("encoder.mu_fc.weight"));

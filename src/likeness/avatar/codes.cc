@@ -42,15 +42,18 @@ NamedCode FindCode(const Avatar& avatar, const std::string& name) {
 
 std::vector<float> ReadCode(const std::filesystem::path& path, int latent) {
   constexpr uint64_t kMostBytes = 1 << 20;
-  std::string text = ReadFile(path, kMostBytes);
+  return ParseCode(path, ReadFile(path, kMostBytes), latent);
+}
+
+std::vector<float> ParseCode(const std::filesystem::path& path_for_errors, std::string text, int latent) {
   std::replace(text.begin(), text.end(), ',', ' ');
-  TextLines lines(path, text);
+  TextLines lines(path_for_errors, text);
   std::vector<float> code;
   while (lines.Next()) {
-    for (const std::string_view word : lines.Words()) code.push_back(static_cast<float>(lines.Number(word)));
+    for (const std::string_view word : lines.Words()) code.push_back(lines.Float(word));
   }
   if (code.size() != static_cast<size_t>(latent)) {
-    throw FileError(path, fmt::format("holds {} numbers; this avatar's codes have {}", code.size(), latent));
+    throw FileError(path_for_errors, fmt::format("holds {} numbers; this avatar's codes have {}", code.size(), latent));
   }
   return code;
 }

@@ -24,5 +24,6 @@ NamedCode FindCode(const Avatar& avatar, const std::string& name);
 // Reads a code from a text file: as many numbers as the avatar's latent code has, parted by blanks, commas or lines.
 // Throws Error with the line.
 std::vector<float> ReadCode(const std::filesystem::path& path, int latent);
+std::vector<float> ParseCode(const std::filesystem::path& path_for_errors, std::string text, int latent);
 
 }  // namespace likeness

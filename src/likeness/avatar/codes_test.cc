@@ -42,7 +42,7 @@ TEST(CodesTest, AreReadFromText) {
   };
   EXPECT_THAT(read("1, 2.5 -3e-1\n"), ElementsAre(1, 2.5, -0.3f));
   EXPECT_THAT(read("1\n2\n3"), ElementsAre(1, 2, 3));
-  for (const char* wrong : {"", "1 2", "1 2 3 4", "1 2 nan", "1 2 x", "1 2 1e999"}) {
+  for (const char* wrong : {"", "1 2", "1 2 3 4", "1 2 nan", "1 2 x", "1 2 1e999", "1 2 1e73"}) {
     EXPECT_THAT(ErrorOf([&] { read(wrong); }), HasSubstr("code.txt")) << wrong;
   }
 }

@@ -104,8 +104,8 @@ TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const 
   return {std::move(name), DType::kI32, std::move(shape), std::as_bytes(values)};
 }
 
-void WriteSafetensors(const std::filesystem::path& path, const std::vector<TensorView>& tensors,
-                      const std::map<std::string, std::string>& metadata) {
+std::string SafetensorsHeader(const std::vector<TensorView>& tensors,
+                              const std::map<std::string, std::string>& metadata) {
   nlohmann::ordered_json header;
   if (!metadata.empty()) header[kMetadataKey] = metadata;
   size_t offset = 0;
@@ -120,10 +120,15 @@ void WriteSafetensors(const std::filesystem::path& path, const std::vector<Tenso
   std::string text = tensors.empty() && metadata.empty() ? "{}" : header.dump();
   text.resize((kLengthBytes + text.size() + kAlignment - 1) / kAlignment * kAlignment - kLengthBytes, ' ');
   const uint64_t length = text.size();
+  return std::string(reinterpret_cast<const char*>(&length), sizeof(length)) + text;
+}
+
+void WriteSafetensors(const std::filesystem::path& path, const std::vector<TensorView>& tensors,
+                      const std::map<std::string, std::string>& metadata) {
+  const std::string header = SafetensorsHeader(tensors, metadata);
   WriteFileWith(path, [&](const std::filesystem::path& temporary) {
     std::ofstream out(temporary, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(&length), sizeof(length));
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
+    out.write(header.data(), static_cast<std::streamsize>(header.size()));
     for (const TensorView& tensor : tensors) {
       out.write(reinterpret_cast<const char*>(tensor.bytes.data()), static_cast<std::streamsize>(tensor.bytes.size()));
     }
@@ -132,7 +137,10 @@ void WriteSafetensors(const std::filesystem::path& path, const std::vector<Tenso
   });
 }
 
-SafetensorsFile::SafetensorsFile(const std::filesystem::path& path) : path_(path), bytes_(ReadFile(path)) {
+SafetensorsFile::SafetensorsFile(const std::filesystem::path& path) : SafetensorsFile(path, ReadFile(path)) {}
+
+SafetensorsFile::SafetensorsFile(std::filesystem::path path_for_errors, std::string bytes)
+    : path_(std::move(path_for_errors)), bytes_(std::move(bytes)) {
   if (bytes_.size() < kLengthBytes) throw FileError(path_, "is too short for a safetensors file");
   uint64_t length = 0;
   std::memcpy(&length, bytes_.data(), sizeof(length));

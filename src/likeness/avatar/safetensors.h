@@ -12,6 +12,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace likeness {
@@ -30,6 +31,10 @@ struct TensorView {
 TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const float> values);
 TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const int32_t> values);
 
+// What stands before the data: the header's length, the header, and blanks up to a multiple of 64 bytes.
+std::string SafetensorsHeader(const std::vector<TensorView>& tensors,
+                              const std::map<std::string, std::string>& metadata);
+
 // Writes the file whole or not at all.
 void WriteSafetensors(const std::filesystem::path& path, const std::vector<TensorView>& tensors,
                       const std::map<std::string, std::string>& metadata);
@@ -40,6 +45,7 @@ class SafetensorsFile {
  public:
   // Throws Error naming the file.
   explicit SafetensorsFile(const std::filesystem::path& path);
+  SafetensorsFile(std::filesystem::path path_for_errors, std::string bytes);
 
   const std::filesystem::path& path() const { return path_; }
   const std::map<std::string, std::string>& metadata() const { return metadata_; }

@@ -92,18 +92,20 @@ void WriteFileWith(const fs::path& path, const std::function<void(const fs::path
   }
 }
 
-std::vector<float> ReadFloats(const fs::path& path, size_t count) {
-  const std::string bytes = ReadFile(path);
+std::vector<float> ReadFloats(const fs::path& path, size_t count) { return ParseFloats(path, ReadFile(path), count); }
+
+std::vector<float> ParseFloats(const fs::path& path_for_errors, std::string_view bytes, size_t count) {
   if (bytes.size() % sizeof(float) != 0 || (count != 0 && bytes.size() != count * sizeof(float))) {
-    throw FileError(path, count != 0 ? fmt::format("is {} bytes long; expected {} float32 values, {} bytes",
-                                                   bytes.size(), count, count * sizeof(float))
-                                     : fmt::format("is {} bytes long, not a whole number of float32", bytes.size()));
+    throw FileError(path_for_errors,
+                    count != 0 ? fmt::format("is {} bytes long; expected {} float32 values, {} bytes", bytes.size(),
+                                             count, count * sizeof(float))
+                               : fmt::format("is {} bytes long, not a whole number of float32", bytes.size()));
   }
   std::vector<float> values(bytes.size() / sizeof(float));
-  std::memcpy(values.data(), bytes.data(), bytes.size());
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(values.data()));
   const auto bad = std::find_if_not(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
   if (bad != values.end()) {
-    throw FileError(path, fmt::format("value {} is not a finite number", bad - values.begin()));
+    throw FileError(path_for_errors, fmt::format("value {} is not a finite number", bad - values.begin()));
   }
   return values;
 }

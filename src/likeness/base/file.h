@@ -33,6 +33,7 @@ void WriteFileWith(const std::filesystem::path& path, const std::function<void(c
 // Little-endian float32, as vertex binaries are. Throws Error unless the file holds exactly `count` finite values
 // (count 0: any whole number of them).
 std::vector<float> ReadFloats(const std::filesystem::path& path, size_t count = 0);
+std::vector<float> ParseFloats(const std::filesystem::path& path_for_errors, std::string_view bytes, size_t count = 0);
 void WriteFloats(const std::filesystem::path& path, std::span<const float> values);
 
 // Names of what a folder holds, sorted; empty when it does not exist.

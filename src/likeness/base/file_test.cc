@@ -46,6 +46,7 @@ TEST(FileTest, FloatsAreCheckedForCountAndFiniteness) {
   const std::vector<float> values = {1, 2, 3};
   WriteFloats(scratch / "v.bin", values);
   EXPECT_EQ(ReadFloats(scratch / "v.bin", 3), values);
+  EXPECT_TRUE(ParseFloats("empty.bin", "").empty());
   EXPECT_THAT(ErrorOf([&] { ReadFloats(scratch / "v.bin", 4); }), HasSubstr("expected 4 float32 values, 16 bytes"));
   WriteFile(scratch / "odd.bin", "12345");
   EXPECT_THAT(ErrorOf([&] { ReadFloats(scratch / "odd.bin"); }), HasSubstr("not a whole number"));

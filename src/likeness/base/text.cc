@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "likeness/base/error.h"
@@ -96,6 +97,14 @@ double TextLines::Number(std::string_view word) const {
     Fail(fmt::format("expected a finite number, found {}", Quoted(word)));
   }
   return value;
+}
+
+float TextLines::Float(std::string_view word) const {
+  const double value = Number(word);
+  if (std::abs(value) > double{std::numeric_limits<float>::max()}) {
+    Fail(fmt::format("the number {} is too large", Quoted(word)));
+  }
+  return static_cast<float>(value);
 }
 
 int64_t TextLines::Integer(std::string_view word) const {

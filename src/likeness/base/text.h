@@ -28,6 +28,7 @@ class TextLines {
   std::vector<double> Numbers(size_t count) const;
 
   double Number(std::string_view word) const;  // finite
+  float Float(std::string_view word) const;    // finite as a float, too
   int64_t Integer(std::string_view word) const;
 
   // Throws an Error about the current line.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "likeness/base/error.h"
@@ -60,6 +61,16 @@ Eigen::Matrix3d ReadIntrinsics(TextLines* lines) {
   return k;
 }
 
+template <typename Matrix>
+void AppendRows(std::string* text, const Matrix& matrix) {
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      fmt::format_to(std::back_inserter(*text), "{}{}", column > 0 ? " " : "", matrix(row, column));
+    }
+    *text += '\n';
+  }
+}
+
 int Side(const TextLines& lines, std::string_view word) {
   const int64_t side = lines.Integer(word);
   if (side < 1 || side > kLargestSide) {
@@ -100,6 +111,16 @@ std::vector<Camera> ParseCalibration(const std::filesystem::path& path_for_error
   return cameras;
 }
 
+std::string CalibrationText(const std::vector<Camera>& cameras) {
+  std::string text;
+  for (const Camera& camera : cameras) {
+    text += camera.name + '\n';
+    AppendRows(&text, camera.intrinsics);
+    text += "0 0 0 0 0\n" + TransformText(camera.cam_from_world) + '\n';
+  }
+  return text;
+}
+
 RigidTransform ParseTransform(const std::filesystem::path& path_for_errors, std::string_view text) {
   TextLines lines(path_for_errors, text);
   const RigidTransform transform = ReadRigid(&lines, "three lines of four numbers");
@@ -107,6 +128,14 @@ RigidTransform ParseTransform(const std::filesystem::path& path_for_errors, std:
     if (!lines.Words().empty()) lines.Fail("expected three lines of four numbers and nothing more");
   }
   return transform;
+}
+
+std::string TransformText(const RigidTransform& transform) {
+  Eigen::Matrix<double, 3, 4> matrix;
+  matrix << transform.rotation, transform.translation;
+  std::string text;
+  AppendRows(&text, matrix);
+  return text;
 }
 
 std::vector<FrameId> ParseFrameList(const std::filesystem::path& path_for_errors, std::string_view text) {
@@ -121,6 +150,12 @@ std::vector<FrameId> ParseFrameList(const std::filesystem::path& path_for_errors
   }
   if (frames.empty()) throw FileError(path_for_errors, "lists no frames");
   return frames;
+}
+
+std::string FrameListText(const std::vector<FrameId>& frames) {
+  std::string text;
+  for (const FrameId& frame : frames) text += frame.segment + ' ' + frame.frame + '\n';
+  return text;
 }
 
 }  // namespace likeness

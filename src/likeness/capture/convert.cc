@@ -13,6 +13,7 @@
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/interrupt.h"
+#include "likeness/base/json.h"
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
@@ -138,12 +139,12 @@ class Converter {
       WriteFile(path, now.dump(2) + '\n');
       return;
     }
-    const ordered_json before = ordered_json::parse(ReadFile(path, 1 << 24), nullptr, false);
+    const nlohmann::json before = ParseJson(path, ReadFile(path, 1 << 24));
     if (!before.is_object()) throw FileError(path, "is damaged; remove the folder or name another");
     std::vector<std::string> differences;
     for (const auto& [key, value] : now.items()) {
       const auto found = before.find(key);
-      if (found == before.end() || *found != value) differences.push_back(key);
+      if (found == before.end() || found->dump() != value.dump()) differences.push_back(key);
     }
     if (!differences.empty()) {
       throw Error("{}: the capture there was converted otherwise (other {}); remove it or name another folder",

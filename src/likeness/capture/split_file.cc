@@ -8,6 +8,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/json.h"
 #include "likeness/base/log.h"
 #include "likeness/capture/layout.h"
 
@@ -36,12 +37,7 @@ bool Contains(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 SplitNames ParseSplit(const std::filesystem::path& path_for_errors, std::string_view text) {
-  json root;
-  try {
-    root = json::parse(text);
-  } catch (const json::exception& error) {
-    throw FileError(path_for_errors, fmt::format("is no JSON: {}", error.what()));
-  }
+  const json root = ParseJson(path_for_errors, text);
   if (!root.is_object()) throw FileError(path_for_errors, "expected a JSON object");
   SplitNames names;
   if (const auto full = root.find("full"); full != root.end()) {
@@ -104,6 +100,13 @@ Split FindSplit(const std::filesystem::path& default_file, const CaptureOptions&
     names.segments = segments.segments;
   }
   return ResolveSplit(path, names, cameras);
+}
+
+std::string SplitText(const Split& split) {
+  const auto& test = split.held_out_cameras.empty() ? split.training_cameras : split.held_out_cameras;
+  const nlohmann::ordered_json root = {{"full", {{"train", split.training_cameras}, {"test", test}, {"visual", test}}},
+                                       {"segment", split.held_out_segments}};
+  return root.dump(2) + '\n';
 }
 
 }  // namespace likeness

@@ -34,4 +34,8 @@ Split ResolveSplit(const std::filesystem::path& path_for_errors, const SplitName
 Split FindSplit(const std::filesystem::path& default_file, const CaptureOptions& options,
                 const std::vector<Camera>& cameras);
 
+// The text that ParseSplit and ResolveSplit take apart. As in published splits, test equals train when no camera is
+// held out.
+std::string SplitText(const Split& split);
+
 }  // namespace likeness

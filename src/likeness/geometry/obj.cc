@@ -2,8 +2,6 @@
 
 #include <fmt/compile.h>
 
-#include <limits>
-
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/text.h"
@@ -19,12 +17,6 @@ int ResolveIndex(const TextLines& lines, std::string_view word, size_t count, co
     lines.Fail(fmt::format("{} {} does not exist; the file has {} up to here", kind, index, count));
   }
   return static_cast<int>(resolved);
-}
-
-float Float(const TextLines& lines, std::string_view word) {
-  const double value = lines.Number(word);
-  if (std::abs(value) > double{std::numeric_limits<float>::max()}) lines.Fail("a number is too large");
-  return static_cast<float>(value);
 }
 
 ObjPolygon ParsePolygon(const TextLines& lines, const std::vector<std::string_view>& words, size_t vertex_count,
@@ -66,10 +58,10 @@ ObjFile ParseObj(const std::filesystem::path& path_for_errors, std::string_view 
     if (words.empty() || words[0].starts_with('#')) continue;
     if (words[0] == "v") {
       if (words.size() < 4) lines.Fail("a vertex needs three numbers");
-      vertices.emplace_back(Float(lines, words[1]), Float(lines, words[2]), Float(lines, words[3]));
+      vertices.emplace_back(lines.Float(words[1]), lines.Float(words[2]), lines.Float(words[3]));
     } else if (words[0] == "vt") {
       if (words.size() < 3) lines.Fail("a texture coordinate needs two numbers");
-      obj.uvs.emplace_back(Float(lines, words[1]), Float(lines, words[2]));
+      obj.uvs.emplace_back(lines.Float(words[1]), lines.Float(words[2]));
     } else if (words[0] == "g" || words[0] == "o") {
       enter_group(words.size() > 1 ? words[1] : "");
     } else if (words[0] == "f") {
@@ -98,7 +90,7 @@ MeshTopology TopologyFromObj(const ObjFile& obj, const std::string& what) {
   return topology;
 }
 
-void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const MeshTopology& topology) {
+std::string ObjText(const Vertices& vertices, const MeshTopology& topology) {
   std::string text;
   const auto out = std::back_inserter(text);
   for (const auto& v : vertices.rowwise()) fmt::format_to(out, FMT_COMPILE("v {} {} {}\n"), v[0], v[1], v[2]);
@@ -107,7 +99,11 @@ void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const
     const Eigen::Vector3i v = topology.triangles[i].array() + 1, t = topology.triangle_uvs[i].array() + 1;
     fmt::format_to(out, FMT_COMPILE("f {}/{} {}/{} {}/{}\n"), v[0], t[0], v[1], t[1], v[2], t[2]);
   }
-  WriteFile(path, text);
+  return text;
+}
+
+void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const MeshTopology& topology) {
+  WriteFile(path, ObjText(vertices, topology));
 }
 
 }  // namespace likeness

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "likeness/geometry/mesh.h"
@@ -32,7 +33,8 @@ ObjFile ParseObj(const std::filesystem::path& path_for_errors, std::string_view 
 // Polygons cut into fans of triangles. Throws Error when a polygon has no texture coordinates.
 MeshTopology TopologyFromObj(const ObjFile& obj, const std::string& what);
 
-// Writes `v`, `vt`, `f v/vt`.
+// Writes `v`, `vt`, `f v/vt`, with the digits that a float needs to come back unchanged.
+std::string ObjText(const Vertices& vertices, const MeshTopology& topology);
 void WriteObj(const std::filesystem::path& path, const Vertices& vertices, const MeshTopology& topology);
 
 }  // namespace likeness

@@ -44,7 +44,7 @@ TEST(ObjTest, BadInputGivesAnErrorWithTheLine) {
   EXPECT_THAT(error(""), HasSubstr("b.obj: holds no vertices"));
   EXPECT_THAT(error("v 1 2\n"), HasSubstr("b.obj:1: a vertex needs three numbers"));
   EXPECT_THAT(error("v 1 2 nan\n"), HasSubstr("b.obj:1: expected a finite number"));
-  EXPECT_THAT(error("v 1 2 1e300\n"), HasSubstr("b.obj:1: a number is too large"));
+  EXPECT_THAT(error("v 1 2 1e300\n"), HasSubstr("b.obj:1: the number '1e300' is too large"));
   EXPECT_THAT(error("v 1 2 3\nf 1 2 3\n"), HasSubstr("b.obj:2: vertex 2 does not exist"));
   EXPECT_THAT(error("v 1 2 3\nf 1 1 -2\n"), HasSubstr("vertex -2 does not exist"));
   EXPECT_THAT(error("v 1 2 3\nf 0 1 1\n"), HasSubstr("vertex 0 does not exist"));

@@ -86,11 +86,13 @@ ImageU8 DecodeAvif(const fs::path& path_for_errors, std::string_view bytes, int 
     throw FileError(path_for_errors,
                     "an AVIF that is to be turned or mirrored after decoding; expected one that is not");
   }
+  const uint32_t width = decoder->image->width, height = decoder->image->height;
   if (const avifResult result = avifDecoderNextImage(decoder.get()); result != AVIF_RESULT_OK) {
     throw FileError(path_for_errors, fmt::format("is a damaged AVIF: {}", avifResultToString(result)));
   }
-  // What was decoded may disagree with the container.
-  CheckSize(path_for_errors, *decoder->image);
+  if (decoder->image->width != width || decoder->image->height != height) {
+    throw FileError(path_for_errors, "is a damaged AVIF: its picture has another size than the file says");
+  }
   const bool needs_alpha = channels == 4 || decoder->image->alphaPlane != nullptr;
   ImageU8 image(static_cast<int>(decoder->image->width), static_cast<int>(decoder->image->height), needs_alpha ? 4 : 3);
   avifRGBImage rgb;

@@ -80,10 +80,16 @@ ImageInfo JpegHeader(const fs::path& path, tjhandle jpeg, std::string_view bytes
 ImageU8 DecodeJpeg(const fs::path& path, std::string_view bytes, int channels) {
   const TurboJpeg jpeg(tjInitDecompress(), &tjDestroy);
   const ImageInfo info = JpegHeader(path, jpeg.get(), bytes);
+  // A block of 8 x 8 values takes a bit at least; with the coarsest subsampling eight of them make 32 x 32 pixels.
+  constexpr size_t kMostPixelsPerByte = 1024;
+  if (static_cast<size_t>(info.width) * info.height / kMostPixelsPerByte > bytes.size()) {
+    throw FileError(path, fmt::format("claims {} x {} pixels but holds only {} bytes: cut off or damaged", info.width,
+                                      info.height, bytes.size()));
+  }
   ImageU8 image(info.width, info.height, channels);
   const int format = channels == 1 ? TJPF_GRAY : channels == 3 ? TJPF_RGB : TJPF_RGBA;
   if (tjDecompress2(jpeg.get(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), image.row(0),
-                    info.width, 0, info.height, format, TJFLAG_ACCURATEDCT) != 0) {
+                    info.width, 0, info.height, format, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) != 0) {
     throw FileError(path, fmt::format("is a damaged JPEG: {}", tjGetErrorStr2(jpeg.get())));
   }
   return image;

@@ -265,6 +265,10 @@ TEST_F(ImageTest, JpegsAreReadAndDamagedOnesAreErrors) {
         static_cast<char>(random.Below(256));
     ReadError(damaged);
   }
+  std::string vast = bytes;
+  const size_t frame = vast.find("\xff\xc0");  // two bytes of length, one of depth, then height and width
+  vast.replace(frame + 5, 4, "\x75\x30\x75\x30");
+  EXPECT_THAT(ReadError(vast), HasSubstr("claims 30000 x 30000 pixels"));
 }
 
 }  // namespace

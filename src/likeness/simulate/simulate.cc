@@ -7,6 +7,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/json.h"
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
@@ -47,8 +48,8 @@ nlohmann::json DescribeOptions(const SimulateOptions& o, const OpenedHead& head)
 // Throws Error when the folder holds a capture that was made with other options.
 void CheckSameOptions(const std::filesystem::path& path, const nlohmann::json& now) {
   if (!std::filesystem::exists(path)) return;
-  const nlohmann::json before = nlohmann::json::parse(ReadFile(path, 1 << 20), nullptr, false);
-  if (!before.is_object()) throw FileError(path, "no JSON; remove the capture or name another folder");
+  const nlohmann::json before = ParseJson(path, ReadFile(path, 1 << 20));
+  if (!before.is_object()) throw FileError(path, "holds no options; remove the capture or name another folder");
   std::string differences;
   for (const auto& [key, value] : now.items()) {
     const auto found = before.find(key);

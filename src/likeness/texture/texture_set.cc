@@ -20,17 +20,18 @@ bool Exists(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
-// A variance of 0 cannot standardise anything.
-double ReadVariance(const fs::path& path) {
-  const std::string text = ReadFile(path, 1 << 12);
-  TextLines lines(path, text);
-  double variance = 0;
-  if (lines.Next()) variance = lines.Numbers(1)[0];
-  if (!(variance > 0)) throw FileError(path, "expected one positive number");
-  return variance;
-}
+double ReadVariance(const fs::path& path) { return ParseVariance(path, ReadFile(path, 1 << 12)); }
 
 }  // namespace
+
+double ParseVariance(const fs::path& path_for_errors, std::string_view text) {
+  TextLines lines(path_for_errors, text);
+  double variance = 0;
+  if (lines.Next()) variance = lines.Numbers(1)[0];
+  // A variance of 0 cannot standardise anything.
+  if (!(variance > 0)) throw FileError(path_for_errors, "expected one positive number");
+  return variance;
+}
 
 TextureSet::TextureSet(const Capture& capture, int size) : capture_(capture), layout_(capture.root()), size_(size) {
   if (Exists(layout_.TextureFolder(size))) return;

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "likeness/capture/capture.h"
@@ -19,6 +20,9 @@ struct TextureStatistics {
   std::vector<float> vertex_mean;  // 3 values a vertex, mm, head space
   double vertex_variance = 0;      // of all coordinates about their means, mm squared
 };
+
+// The variance files of the Multiface layout: one positive number. Throws Error naming the file for anything else.
+double ParseVariance(const std::filesystem::path& path_for_errors, std::string_view text);
 
 // Opens what `likeness unwrap` (or another program, in the Multiface layout) has made of a capture at one texture size.
 // Const methods may be called from many threads. The capture must outlive the set.

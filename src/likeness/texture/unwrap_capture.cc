@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
-#include <nlohmann/json.hpp>
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
@@ -18,12 +17,12 @@
 #include "likeness/image/image_io.h"
 #include "likeness/texture/texture_set.h"
 #include "likeness/texture/texture_sums.h"
+#include "likeness/texture/unwrap_record.h"
 
 namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 bool Exists(const fs::path& path) {
   std::error_code ignored;
@@ -36,13 +35,12 @@ void RemoveFolder(const fs::path& path) {
   if (code && code != std::errc::not_a_directory) throw FileError(path, "cannot be removed: " + code.message());
 }
 
-// state.json in the texture folder: what the files there were made with.
+// Keeps the record of a texture folder: what the files there were made with.
 class UnwrapState {
  public:
   UnwrapState(const Capture& capture, const UnwrapOptions& options)
       : layout_(capture.root()), size_(options.size), path_(layout_.TextureFolder(size_) / "state.json") {
-    wanted_["textures"] = {{"grazing_deg", options.grazing_deg}, {"masks", options.use_masks}};
-    wanted_["training_cameras"] = capture.split().training_cameras;
+    wanted_ = {options.grazing_deg, options.use_masks, capture.split().training_cameras, ""};
   }
 
   // Makes the folder hold nothing but what these options make.
@@ -58,39 +56,45 @@ class UnwrapState {
       }
       Compare(folder);
     }
-    WriteFile(path_, wanted_.dump(2) + '\n');
+    WriteFile(path_, UnwrapRecordText(wanted_));
   }
 
   // The statistics that the folder holds were made from what this key stands for.
-  bool HasStatistics(const std::string& key) const { return found_.value("statistics", "") == key; }
+  bool HasStatistics(const std::string& key) const { return wanted_.statistics == key; }
   void SetStatistics(const std::string& key) {
-    wanted_["statistics"] = key;
-    WriteFile(path_, wanted_.dump(2) + '\n');
+    wanted_.statistics = key;
+    WriteFile(path_, UnwrapRecordText(wanted_));
   }
 
  private:
   void Compare(const fs::path& folder) {
+    const UnwrapRecord found = ReadRecord();
+    if (found.grazing_deg != wanted_.grazing_deg || found.masks != wanted_.masks) {
+      const auto spelt = [](const UnwrapRecord& record) {
+        return fmt::format("--grazing {} --{}masks", record.grazing_deg, record.masks ? "" : "no-");
+      };
+      throw FileError(folder, fmt::format("was made with other options, {}; --redo makes it anew with {}", spelt(found),
+                                          spelt(wanted_)));
+    }
+    if (found.training_cameras != wanted_.training_cameras) {
+      LogInfo("the training cameras have changed: averages and statistics are made anew");
+      for (const std::string& segment : ListFolder(folder)) RemoveFolder(folder / segment / "average");
+    }
+    wanted_.statistics = found.statistics;
+  }
+
+  UnwrapRecord ReadRecord() const {
     try {
-      found_ = ordered_json::parse(ReadFile(path_));
-      if (found_.at("textures") != wanted_["textures"]) {
-        throw FileError(folder, fmt::format("was made with other options, {}; --redo makes it anew with {}",
-                                            found_["textures"].dump(), wanted_["textures"].dump()));
-      }
-      if (found_.at("training_cameras") != wanted_["training_cameras"]) {
-        LogInfo("the training cameras have changed: averages and statistics are made anew");
-        for (const std::string& segment : ListFolder(folder)) RemoveFolder(folder / segment / "average");
-      }
-      if (found_.contains("statistics")) wanted_["statistics"] = found_.at("statistics").get<std::string>();
-    } catch (const ordered_json::exception& error) {
-      throw FileError(path_, fmt::format("is damaged ({}); --redo makes the textures anew", error.what()));
+      return ParseUnwrapRecord(path_, ReadFile(path_));
+    } catch (const Error& error) {
+      throw Error("{}; the file is damaged: --redo makes the textures anew", error.what());
     }
   }
 
   const CaptureLayout layout_;
   const int size_;
   const fs::path path_;
-  ordered_json wanted_;
-  ordered_json found_ = ordered_json::object();
+  UnwrapRecord wanted_;
 };
 
 class CaptureUnwrapper {

@@ -56,18 +56,21 @@ void CheckSameRun(const SafetensorsFile& file, const RunIdentity& identity) {
 }
 
 RunState ReadRun(const SafetensorsFile& file, const std::vector<Parameter>& tensors) {
-  const auto number = [&](const char* key) {
-    const std::string& text = file.Metadata(key);
-    const double value = TextLines(file.path(), text).Number(text);
+  const auto positive = [&](const char* key, auto value) {
     if (value < 0) throw FileError(file.path(), fmt::format("its {} is {}", key, value));
     return value;
   };
+  const auto whole = [&](const char* key) {
+    const std::string& text = file.Metadata(key);
+    return positive(key, TextLines(file.path(), text).Integer(text));
+  };
   RunState run;
-  run.iteration = static_cast<int64_t>(number("iteration"));
-  run.batches = static_cast<int64_t>(number("batches"));
-  run.elapsed_s = number("elapsed_s");
-  run.skipped = static_cast<int64_t>(number("skipped"));
-  run.skipped_in_a_row = static_cast<int64_t>(number("skipped_in_a_row"));
+  run.iteration = whole("iteration");
+  run.batches = whole("batches");
+  const std::string& elapsed_s = file.Metadata("elapsed_s");
+  run.elapsed_s = positive("elapsed_s", TextLines(file.path(), elapsed_s).Number(elapsed_s));
+  run.skipped = whole("skipped");
+  run.skipped_in_a_row = whole("skipped_in_a_row");
 
   const torch::NoGradGuard no_grad;
   for (const Parameter& tensor : tensors) {

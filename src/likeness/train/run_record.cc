@@ -15,10 +15,11 @@ constexpr uint64_t kMostBytes = 1 << 28;
 
 }  // namespace
 
-LossLog ReadLossLog(const std::filesystem::path& path) {
-  const std::string text = ReadFile(path, kMostBytes);
-  TextLines lines(path, text);
-  if (!lines.Next()) throw FileError(path, "is empty; expected a header with the names of columns");
+LossLog ReadLossLog(const std::filesystem::path& path) { return ParseLossLog(path, ReadFile(path, kMostBytes)); }
+
+LossLog ParseLossLog(const std::filesystem::path& path_for_errors, std::string_view text) {
+  TextLines lines(path_for_errors, text);
+  if (!lines.Next()) throw FileError(path_for_errors, "is empty; expected a header with the names of columns");
   const std::vector<std::string_view> header = lines.Fields(',');
   LossLog log;
   const std::array<std::pair<const char*, std::vector<double>*>, 6> wanted = {{{"iteration", &log.iteration},
@@ -49,8 +50,11 @@ LossLog ReadLossLog(const std::filesystem::path& path) {
 }
 
 std::vector<StageTime> ReadStageTimes(const std::filesystem::path& path) {
-  const std::string text = ReadFile(path, kMostBytes);
-  TextLines lines(path, text);
+  return ParseStageTimes(path, ReadFile(path, kMostBytes));
+}
+
+std::vector<StageTime> ParseStageTimes(const std::filesystem::path& path_for_errors, std::string_view text) {
+  TextLines lines(path_for_errors, text);
   std::vector<StageTime> stages;
   while (lines.Next()) {
     if (Trim(lines.line()).empty() || (lines.number() == 1 && Trim(lines.line()) == "stage,seconds")) continue;

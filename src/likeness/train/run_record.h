@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace likeness {
@@ -21,6 +22,7 @@ struct LossLog {
 // Reads the columns by name; others are left alone. Throws Error, with the line, for a header without one of them, rows
 // of another width, and values that are no finite numbers.
 LossLog ReadLossLog(const std::filesystem::path& path);
+LossLog ParseLossLog(const std::filesystem::path& path_for_errors, std::string_view text);
 
 struct StageTime {
   std::string name;  // "simulate"
@@ -29,5 +31,6 @@ struct StageTime {
 
 // Reads `stage,seconds` lines, with or without this header. Throws Error, with the line, for anything else.
 std::vector<StageTime> ReadStageTimes(const std::filesystem::path& path);
+std::vector<StageTime> ParseStageTimes(const std::filesystem::path& path_for_errors, std::string_view text);
 
 }  // namespace likeness

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "likeness/base/error.h"
+#include "likeness/base/json.h"
 #include "likeness/base/text.h"
 #include "likeness/capture/layout.h"
 
@@ -149,12 +150,7 @@ double SensorCamera::LargestShiftPx(const Camera& scaled) const {
 }
 
 std::vector<SensorCamera> ParseSensorCalibration(const fs::path& path_for_errors, std::string_view text) {
-  json root;
-  try {
-    root = json::parse(text);
-  } catch (const json::exception& error) {
-    throw FileError(path_for_errors, fmt::format("is no JSON: {}", error.what()));
-  }
+  const json root = ParseJson(path_for_errors, text);
   const auto list = root.is_object() ? root.find("KRT") : root.end();
   if (!root.is_object() || list == root.end() || !list->is_array()) {
     throw FileError(path_for_errors, "expected {\"KRT\": [cameras]}");

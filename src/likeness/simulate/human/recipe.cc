@@ -224,8 +224,9 @@ HumanRecipe RecipeFromSeed(uint64_t seed) {
   return r;
 }
 
-HumanRecipe ReadRecipe(const std::filesystem::path& path) {
-  const std::string text = ReadFile(path, 1 << 20);
+HumanRecipe ReadRecipe(const std::filesystem::path& path) { return ParseRecipe(path, ReadFile(path, 1 << 20)); }
+
+HumanRecipe ParseRecipe(const std::filesystem::path& path, std::string_view text) {
   toml::table table;
   try {
     table = toml::parse(text);

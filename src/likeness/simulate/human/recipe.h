@@ -7,6 +7,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace likeness {
 
@@ -69,6 +70,7 @@ HumanRecipe RecipeFromSeed(uint64_t seed);
 // Keys are HumanRecipe's fields; [local] holds local shapes. `from_seed = N` starts from a random person, other keys
 // change it. Throws Error, naming the file and the nearest known key, for unknown keys and values out of range.
 HumanRecipe ReadRecipe(const std::filesystem::path& path);
+HumanRecipe ParseRecipe(const std::filesystem::path& path_for_errors, std::string_view text);
 std::string RecipeText(const HumanRecipe& recipe);
 void WriteRecipe(const std::filesystem::path& path, const HumanRecipe& recipe);
 

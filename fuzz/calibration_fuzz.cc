@@ -1,0 +1,11 @@
+#include "fuzz.h"
+#include "likeness/capture/calibration.h"
+
+namespace likeness {
+
+void fuzz::Run(std::string_view bytes) {
+  CheckRoundTrip(
+      bytes, [](std::string_view text) { return ParseCalibration(kPath, text); }, CalibrationText);
+}
+
+}  // namespace likeness

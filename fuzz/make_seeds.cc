@@ -1,0 +1,168 @@
+// Writes what each fuzz target starts from, as FOLDER/<target>/<name>, with the project's own writers where it has
+// them.
+//
+//   make_seeds FOLDER
+
+#include <zlib.h>
+
+#include <filesystem>
+
+#include "likeness/avatar/avatar.h"
+#include "likeness/avatar/tensor_registry.h"
+#include "likeness/base/file.h"
+#include "likeness/capture/calibration.h"
+#include "likeness/capture/split_file.h"
+#include "likeness/geometry/obj.h"
+#include "likeness/image/avif.h"
+#include "likeness/image/image_io.h"
+#include "likeness/simulate/head.h"
+#include "likeness/simulate/human/recipe.h"
+#include "likeness/texture/unwrap_record.h"
+
+namespace likeness {
+namespace {
+
+MeshTopology SquareTopology() {
+  return {4, {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0.5f, 0.25f}}, {{0, 1, 2}, {2, 1, 3}}, {{0, 1, 2}, {2, 4, 3}}};
+}
+
+Vertices SquareVertices() {
+  Vertices vertices(4, 3);
+  vertices << 0, 0, 0, 10.5f, 0, 0, 0, -1e-3f, 3, 10, 10, 7;
+  return vertices;
+}
+
+std::string GzipOf(const std::string& text) {
+  z_stream stream = {};
+  constexpr int kGzip = 16 + MAX_WBITS;
+  LIKENESS_CHECK(deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kGzip, 8, Z_DEFAULT_STRATEGY) == Z_OK);
+  std::string packed(deflateBound(&stream, text.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+  stream.avail_in = static_cast<uInt>(text.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  LIKENESS_CHECK(deflate(&stream, Z_FINISH) == Z_STREAM_END);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  return packed;
+}
+
+ImageU8 Picture(int width, int height, int channels) {
+  ImageU8 image(width, height, channels);
+  int i = 0;
+  for (uint8_t& value : image.values()) value = static_cast<uint8_t>(i++ * 37 % 251);
+  return image;
+}
+
+// A header as Live Link Face writes it and two rows.
+std::string LiveLink() {
+  std::string header = "Timecode,BlendShapeCount", rows[2] = {"23:59:59:28.412,55", "00:00:00:01.5,55"};
+  for (const std::string& name : ExpressionNames()) {
+    header += "," + name;
+    rows[0] += ",0.25";
+    rows[1] += ",1";
+  }
+  return header + ",HeadYaw,HeadPitch,HeadRoll\n" + rows[0] + ",0.1,-0.2,0.01\n" + rows[1] + ",-0.1,0,0\n";
+}
+
+Avatar SmallAvatar() {
+  Avatar avatar;
+  avatar.architecture.texture_size = 16;
+  avatar.architecture.vertex_count = 4;
+  avatar.architecture.latent = 3;
+  avatar.topology = SquareTopology();
+  avatar.texture_mean = ImageF(16, 16, 3);
+  avatar.vertex_mean = SquareVertices();
+  for (const TensorInfo& info : NetworkTensors(avatar.architecture)) {
+    avatar.weights[info.name] = {info.shape, std::vector<float>(static_cast<size_t>(ElementCount(info.shape)))};
+  }
+  avatar.codes = {{"EXP_jaw", "000003", {1, 2, 3}}};
+  avatar.training = {{"iterations", "12"}};
+  return avatar;
+}
+
+void WriteSeeds(const std::filesystem::path& folder) {
+  const auto seed = [&](const char* target, const char* name, const std::string& bytes) {
+    WriteFile(folder / target / name, bytes, Sync::kNo);
+  };
+  seed("obj", "square", ObjText(SquareVertices(), SquareTopology()));
+  seed("obj", "groups",
+       "o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\ng left\nf -3/-1/-1 -2/1/1 3/1/1\ng\nf 1 2 3\n");
+
+  const std::string target = "# a comment\n3 0.1 -.2 3e-2\n999 1 2 3\n";
+  seed("target", "plain", target);
+  seed("target", "packed", GzipOf(target));
+
+  Camera camera = LookAt({300, 20, 1000}, {0, 0, 0}, {0, 1, 0}, 7724.681, 1334, 2048);
+  camera.name = "400069";
+  std::vector<Camera> cameras = {camera, camera};
+  cameras[1].name = "400070";
+  const std::string calibration = CalibrationText(cameras);
+  seed("calibration", "two", calibration);
+  seed("calibration", "sized", "400069 1334 2048" + calibration.substr(camera.name.size()));
+  seed("transform", "pose", TransformText(camera.cam_from_world));
+  seed("frame_list", "list", FrameListText({{"EXP_ROM", "000123"}, {"SEN_approach", "7"}}));
+  seed("split", "cameras", SplitText({{"01", "02"}, {"03"}, {"EXP_free"}}));
+  seed("split", "segments", R"({"segment": ["EXP_ROM", "EXP_free_face"]})");
+
+  const Vertices vertices = SquareVertices();
+  seed("floats", "vertices", {reinterpret_cast<const char*>(vertices.data()), sizeof(float) * vertices.size()});
+  seed("numbers", "variance", "343.25\n");
+  seed("numbers", "code", "1, -2.5e-3\n3 4\n");
+  seed("live_link", "midnight", LiveLink());
+  seed("run_record", "log", "iteration,elapsed_s,loss,texture,geometry,kl,skipped\n100,2.50,0.91,0.5,0.4,1.2e-3,0\n");
+  seed("run_record", "stages", "stage,seconds\nsimulate,12.5\nunwrap,3\n");
+  seed("unwrap_record", "record", UnwrapRecordText({80, true, {"01", "02"}, "0123456789abcdef"}));
+
+  seed("recipe", "person", RecipeText(RecipeFromSeed(1)));
+  seed("recipe", "changed", "from_seed = 7\nname = 'x'\nage = 1\n[local]\nnose-hump = -0.5\n");
+  seed("config", "all",
+       "masks = false\nsize = 64\nsteps = 5\nseed = 9\nrate = 1e-3\nhead = 'human:2'\nshading = \"albedo\"\n"
+       "out = 'a/b'\ncameras = ['x', \"y z\"]\nthreads = 2\nquiet = true\n[loss]\nimage = 0.25\n");
+
+  for (const int channels : {1, 3, 4}) {
+    seed("image", fmt::format("png{}", channels).c_str(), EncodePng(Picture(5, 4, channels), 6));
+  }
+  seed("image", "jpeg", EncodeJpeg(Picture(17, 9, 3)));
+  seed("image", "avif", EncodeAvif(Picture(8, 8, 3)));
+  // Width, colour type, and a row with each filter.
+  for (int kind = 0; kind < 3; ++kind) {
+    std::string rows = {'\3', static_cast<char>(kind)};
+    const int row_bytes = 4 * (kind == 0 ? 1 : kind == 1 ? 3 : 4);
+    for (char filter = 0; filter < 5; ++filter) rows += filter + std::string(static_cast<size_t>(row_bytes), 'x');
+    seed("png_rows", fmt::format("kind{}", kind).c_str(), rows);
+  }
+
+  const float values[] = {1, 2, 3};
+  const std::vector<TensorView> tensors = {ViewOf("a.weight", {1, 3}, values)};
+  seed("safetensors", "one",
+       SafetensorsHeader(tensors, {{"format", "test"}}) +
+           std::string(reinterpret_cast<const char*>(values), sizeof(values)));
+  const Avatar avatar = SmallAvatar();
+  seed("architecture", "paper", ArchitectureToJson(avatar.architecture));
+  // The target makes the data itself.
+  const std::filesystem::path whole = folder / "whole.avatar";
+  SaveAvatar(whole, avatar);
+  const std::string file = ReadFile(whole);
+  std::filesystem::remove(whole);
+  uint64_t length = 0;
+  std::copy(file.begin(), file.begin() + sizeof(length), reinterpret_cast<char*>(&length));
+  seed("avatar", "header", file.substr(sizeof(length), length));
+}
+
+}  // namespace
+}  // namespace likeness
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    fmt::print(stderr, "usage: make_seeds FOLDER\n");
+    return 2;
+  }
+  try {
+    likeness::WriteSeeds(argv[1]);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}
