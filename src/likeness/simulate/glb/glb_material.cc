@@ -87,6 +87,22 @@ ImageF DimHair(const ImageU8& albedo) {
   return scale;
 }
 
+// Textures of teeth are often painted yellow, as teeth look between lips in warm light. Lit, they turn green-grey: what
+// is no gum or tongue is brought near ivory.
+void WhitenTeeth(ImageU8* albedo) {
+  const int channels = albedo->channels();
+  for (size_t i = 0; i < albedo->values().size(); i += channels) {
+    uint8_t* p = &albedo->values()[i];
+    const float red = LinearFromSrgb(p[0] / 255.0f), green = LinearFromSrgb(p[1] / 255.0f);
+    const float blue = LinearFromSrgb(p[2] / 255.0f);
+    const float tooth = std::clamp((green - 0.62f * red) / (0.16f * red + 1e-4f), 0.0f, 1.0f);
+    const float light = std::max({red, green, blue});
+    p[1] = Encode(green + tooth * (0.88f * light - green));
+    p[2] = Encode(blue + tooth * (0.72f * light - blue));
+    p[0] = Encode(red + tooth * (light - red));
+  }
+}
+
 void SetKind(PartKind kind, Material* material) {
   switch (kind) {
     case PartKind::kSkin:
@@ -98,8 +114,8 @@ void SetKind(PartKind kind, Material* material) {
       material->roughness = 0.45f;
       material->specular_f0 = 0.02f;
       material->scatter = {0.25f, 0.2f, 0.18f};
-      material->coat = 1;
-      material->coat_roughness = 0.06f;
+      material->coat = 0.5f;
+      material->coat_roughness = 0.05f;
       break;
     case PartKind::kTear:
       material->roughness = 0.4f;
@@ -111,9 +127,9 @@ void SetKind(PartKind kind, Material* material) {
     case PartKind::kMouth:
       material->roughness = 0.4f;
       material->specular_f0 = 0.04f;
-      material->scatter = {0.3f, 0.16f, 0.13f};
-      material->coat = 0.5f;
-      material->coat_roughness = 0.18f;
+      material->scatter = {0.22f, 0.18f, 0.15f};
+      material->coat = 0.4f;
+      material->coat_roughness = 0.25f;
       break;
     case PartKind::kHair:
       material->roughness = 0.6f;
@@ -150,6 +166,7 @@ Material MakeMaterial(const std::filesystem::path& path_for_errors, const GltfSc
   if (source.rough_metal_image >= 0) {
     result.roughness_map = RoughnessMap(Decode(path_for_errors, scene, source.rough_metal_image, 3), source.roughness);
   }
+  if (kind == PartKind::kMouth) WhitenTeeth(&result.albedo);
   if (kind == PartKind::kSkin && result.albedo.channels() == 3) result.specular_map = DimHair(result.albedo);
   // A clear shell over the eye shows by its highlights alone.
   if (kind == PartKind::kEye && result.albedo.channels() == 4) {
