@@ -33,7 +33,7 @@ float FindScale(const std::filesystem::path& path, const std::array<ModelEye, 2>
 // How far a point is above the cut: a plane below the neck that rises like a funnel over the shoulders. Hair hangs down
 // to the plane.
 float AboveCut(const Vector3f& p, PartKind kind, float scale) {
-  constexpr float kNeckRadiusMm = 75, kSlope = 0.9f;
+  constexpr float kNeckRadiusMm = 70, kSlope = 1.1f;
   const float plane = p.y() + scale * kCutBelowEyesMm;
   if (kind == PartKind::kHair) return plane;
   // In front of the neck only the width counts: chins and bellies stand out.

@@ -93,7 +93,7 @@ std::vector<int> BackSeam(const std::vector<Vector3i>& triangles, const std::vec
   const std::set<int> on_neck(neck.begin(), neck.end());
   int start = neck[0], crown = -1;
   for (const int v : neck) {
-    if (rest(v, 2) - std::abs(rest(v, 0)) < rest(start, 2) - std::abs(rest(start, 0))) start = v;
+    if (rest(v, 2) + std::abs(rest(v, 0)) < rest(start, 2) + std::abs(rest(start, 0))) start = v;
   }
   // The highest point near the middle; a little to the back, where hair is least seen.
   const auto height = [&](int v) { return rest(v, 1) - 0.35f * rest(v, 2) - std::abs(rest(v, 0)); };
