@@ -104,26 +104,29 @@ Vector3f MeanOf(const Vertices& positions, const std::vector<int>& vertices) {
 // Whether a border runs around the front of an eye.
 bool IsAroundEye(const Vertices& rest, const std::vector<int>& loop, const ModelEye& eye) {
   const Vector3f from_eye = MeanOf(rest, loop) - eye.centre;
-  return loop.size() >= 6 && from_eye.head<2>().norm() < 0.8f * eye.radius && from_eye.z() > 0 &&
+  return loop.size() >= 6 && from_eye.head<2>().norm() < 0.8f * eye.radius && from_eye.z() > -0.5f * eye.radius &&
          from_eye.z() < 2.5f * eye.radius;
 }
 
-// The border at the neck: the longest one of the cut, else the lowest. A closed skin is opened at its lowest triangle.
-size_t FindNeck(const HeadModel& model, const std::vector<std::vector<int>>& loops) {
-  const auto cut_part = [&](const std::vector<int>& loop) {
-    return std::count_if(loop.begin(), loop.end(), [&](int v) { return model.on_cut[v]; });
-  };
-  size_t best = 0;
-  for (size_t i = 1; i < loops.size(); ++i) {
-    const auto mine = cut_part(loops[i]), other = cut_part(loops[best]);
-    if (mine > other ||
-        (mine == other && MeanOf(model.shapes.rest(), loops[i]).y() < MeanOf(model.shapes.rest(), loops[best]).y())) {
-      best = i;
-    }
+bool IsAroundAnyEye(const HeadModel& model, const std::vector<int>& loop) {
+  return std::any_of(model.eyes.begin(), model.eyes.end(),
+                     [&](const ModelEye& eye) { return IsAroundEye(model.shapes.rest(), loop, eye); });
+}
+
+// The border at the neck: the one with most of the cut, else the lowest. -1 when all borders are around eyes.
+int FindNeck(const HeadModel& model, const std::vector<std::vector<int>>& loops) {
+  int best = -1;
+  std::pair<int64_t, float> best_score;
+  for (size_t i = 0; i < loops.size(); ++i) {
+    if (IsAroundAnyEye(model, loops[i])) continue;
+    const auto cut = std::count_if(loops[i].begin(), loops[i].end(), [&](int v) { return model.on_cut[v]; });
+    const std::pair<int64_t, float> score(cut, -MeanOf(model.shapes.rest(), loops[i]).y());
+    if (best < 0 || score > best_score) best = static_cast<int>(i), best_score = score;
   }
   return best;
 }
 
+// A closed skin is opened at its lowest triangle.
 void OpenAtBottom(const Vertices& rest, Skin* skin) {
   std::vector<bool> wanted(skin->triangles.size(), true);
   const auto height = [&](const Vector3i& t) { return rest(t[0], 1) + rest(t[1], 1) + rest(t[2], 1); };
@@ -227,7 +230,7 @@ ClosedSurface CloseSurface(const std::filesystem::path& path_for_errors, const H
     skin.Keep(SeenInFrontOfEye(rest, skin.triangles, eye));
   }
   loops = BorderLoops(skin.triangles);
-  if (loops.empty()) {
+  if (FindNeck(model, loops) < 0) {
     OpenAtBottom(rest, &skin);
     loops = BorderLoops(skin.triangles);
   }
@@ -242,11 +245,11 @@ ClosedSurface CloseSurface(const std::filesystem::path& path_for_errors, const H
   Vertices tracked_rest(surface.vertex_count, 3);
   for (int i = 0; i < surface.vertex_count; ++i) tracked_rest.row(i) = rest.row(surface.model_vertices[i]);
 
-  const size_t neck = FindNeck(model, loops);
+  const int neck = FindNeck(model, loops);
   for (size_t i = 0; i < loops.size(); ++i) {
     std::vector<int> loop;
     for (const int v : loops[i]) loop.push_back(tracked[v]);
-    if (i == neck) {
+    if (static_cast<int>(i) == neck) {
       surface.neck = loop;
       continue;
     }

@@ -100,6 +100,12 @@ std::array<ModelEye, 2> FindEyes(const std::filesystem::path& path_for_errors, c
   lids[kRight] = CentreOfMotion(all.positions, all.shapes[ExpressionIndex("eyeBlinkRight")]);
   float middle = 0;
   if (lids[kLeft] && lids[kRight]) {
+    if (lids[kLeft]->x() < lids[kRight]->x()) {
+      throw FileError(
+          path_for_errors,
+          "the lids of the left eye are on the right: the head looks along -z or is mirrored; faces in glTF "
+          "look along +z");
+    }
     middle = (lids[kLeft]->x() + lids[kRight]->x()) / 2;
   } else if (!vertices.empty()) {
     for (const int v : vertices) middle += all.positions(v, 0) / static_cast<float>(vertices.size());

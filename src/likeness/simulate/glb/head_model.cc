@@ -18,10 +18,6 @@ constexpr float kEyesApartMm = 64;  // of adults
 // Scales to millimetres whatever unit the file has, as far as it is a power of ten off.
 float FindScale(const std::filesystem::path& path, const std::array<ModelEye, 2>& eyes) {
   const float apart = (eyes[kLeft].centre - eyes[kRight].centre).norm();
-  if (eyes[kLeft].centre.x() < eyes[kRight].centre.x()) {
-    throw FileError(path,
-                    "the left eye is on the right: the head looks along -z or is mirrored; glTF faces look along +z");
-  }
   for (const float scale : {1.0f, 0.1f, 0.01f, 0.001f, 10.0f, 100.0f, 1000.0f}) {
     if (apart * scale < 40 || apart * scale > 95) continue;
     if (scale != 1) LogWarning("{}: its unit is not the metre; scaled by {}", path.string(), scale);

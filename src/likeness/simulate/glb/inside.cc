@@ -79,14 +79,16 @@ std::vector<bool> SeenInFrontOfEye(const Vertices& positions, const std::vector<
   std::vector<bool> hidden(triangles.size(), false);
   int deepest = -1;
   for (size_t t = 0; t < triangles.size(); ++t) {
-    const Vector3f p = Centroid(positions, triangles[t]), d = p - eye.centre;
-    if (d.norm() > 2 * eye.radius) continue;
-    const float beside = d.head<2>().norm();
-    const bool behind_ball = beside < eye.radius && d.z() < std::sqrt(eye.radius * eye.radius - beside * beside);
-    hidden[t] = behind_ball || scene.Occluded({p, Vector3f::UnitZ(), 0.05f, 100.0f});
-    if (hidden[t] && beside < eye.radius && (deepest < 0 || p.z() < Centroid(positions, triangles[deepest]).z())) {
-      deepest = static_cast<int>(t);
+    const Vector3f middle = Centroid(positions, triangles[t]);
+    if ((middle - eye.centre).norm() > 2 * eye.radius) continue;
+    for (const int v : triangles[t]) {
+      const Vector3f p = positions.row(v), d = p - eye.centre;
+      const float beside = d.head<2>().norm();
+      const bool behind_ball = beside < eye.radius && d.z() < std::sqrt(eye.radius * eye.radius - beside * beside);
+      if (behind_ball || scene.Occluded({p, Vector3f::UnitZ(), 0.05f, 100.0f})) hidden[t] = true;
     }
+    if (!hidden[t] || (middle - eye.centre).head<2>().norm() > eye.radius) continue;
+    if (deepest < 0 || middle.z() < Centroid(positions, triangles[deepest]).z()) deepest = static_cast<int>(t);
   }
   std::vector<bool> seen(triangles.size(), true);
   if (deepest < 0) return seen;
