@@ -16,8 +16,9 @@ int RunSimulate(int argc, const char* const* argv) {
   Command command("simulate", "Makes a multi-camera capture of a simulated head, with known truth.",
                   "likeness simulate captures/demo --head human:7 --cameras 14 --frames 48");
   command.Positional("OUT", &options.out, "folder of the capture");
-  command.Option("head", &options.head, "human:SEED, human:FILE.toml, procedural[:SEED], or plain (for tests)");
+  command.Option("head", &options.head, "human:SEED, human:FILE.toml, FILE.glb, procedural[:SEED], or plain (for tests)");
   command.Option("head-data", &options.head_data, "folder of the MakeHuman data, if not found by itself");
+  command.Option("shape-map", &options.shape_map, "JSON: which morph targets of FILE.glb make which ARKit expression");
   command.Option("performance", &options.performance, "Live Link Face recording (CSV) to perform; else a built-in one");
   command.Option("frames", &options.frames, "frames over all segments");
   command.Option("cameras", &options.rig.cameras, "cameras in all");

@@ -12,6 +12,7 @@
 #include "likeness/base/file.h"
 #include "likeness/image/avif.h"
 #include "likeness/image/png.h"
+#include "likeness/image/webp.h"
 
 namespace likeness {
 namespace {
@@ -116,7 +117,8 @@ ImageInfo ReadImageInfo(const fs::path& path_for_errors, std::string_view bytes)
     return JpegHeader(path_for_errors, jpeg.get(), bytes);
   }
   if (IsAvif(bytes)) return ReadAvifInfo(path_for_errors, bytes);
-  throw FileError(path_for_errors, "is neither PNG nor JPEG nor AVIF");
+  if (IsWebp(bytes)) return ReadWebpInfo(path_for_errors, bytes);
+  throw FileError(path_for_errors, "is neither PNG nor JPEG nor AVIF nor WebP");
 }
 
 bool LooksWholePng(const fs::path& path) {
@@ -135,7 +137,8 @@ ImageU8 DecodeImage(const fs::path& path_for_errors, std::string_view bytes, int
   if (IsPng(bytes)) return DecodePng(path_for_errors, bytes, channels);
   if (IsJpeg(bytes)) return DecodeJpeg(path_for_errors, bytes, channels);
   if (IsAvif(bytes)) return DecodeAvif(path_for_errors, bytes, channels);
-  throw FileError(path_for_errors, "is neither PNG nor JPEG nor AVIF");
+  if (IsWebp(bytes)) return DecodeWebp(path_for_errors, bytes, channels);
+  throw FileError(path_for_errors, "is neither PNG nor JPEG nor AVIF nor WebP");
 }
 
 std::string EncodeJpeg(const ImageU8& image, int quality) {

@@ -1,4 +1,4 @@
-// PNG, JPEG and AVIF files.
+// PNG, JPEG, AVIF and WebP files.
 
 #pragma once
 
@@ -16,7 +16,7 @@ struct ImageInfo {
   int channels = 0;  // as stored: 1 grey, 2 grey + alpha, 3 RGB or palette, 4 RGBA
 };
 
-// Reads the header only. Throws Error when the file is no PNG, JPEG or AVIF.
+// Reads the header only. Throws Error when the file is no PNG, JPEG, AVIF or WebP.
 ImageInfo ReadImageInfo(const std::filesystem::path& path);
 ImageInfo ReadImageInfo(const std::filesystem::path& path_for_errors, std::string_view bytes);
 
@@ -26,7 +26,7 @@ bool LooksWholePng(const std::filesystem::path& path);
 
 // Reads an 8-bit image (16-bit ones are reduced) with `channels` 1 (luma for colour files), 3 or 4 channels whatever
 // the file stores. The format is told by the content, not by the name. Throws Error, naming the file, for anything
-// that is not a whole PNG, JPEG or AVIF, and before memory is allocated for sizes over 32,768 x 32,768.
+// that is not a whole PNG, JPEG, AVIF or WebP, and before memory is allocated for sizes over 32,768 x 32,768.
 ImageU8 ReadImage(const std::filesystem::path& path, int channels = 3);
 // The same of a file in memory.
 ImageU8 DecodeImage(const std::filesystem::path& path_for_errors, std::string_view bytes, int channels = 3);

@@ -1,5 +1,6 @@
 #include "likeness/simulate/open_head.h"
 
+#include <cctype>
 #include <charconv>
 #include <cstdlib>
 #include <system_error>
@@ -7,6 +8,8 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/random.h"
+#include "likeness/simulate/glb/glb_head.h"
 #include "likeness/simulate/human/human_head.h"
 #include "likeness/simulate/procedural_head.h"
 
@@ -52,9 +55,25 @@ HumanRecipe ReadHumanRecipe(const std::string& spec, const std::string& detail) 
   return RecipeFromSeed(ReadSeed(spec, detail));
 }
 
+bool IsModelFile(const std::string& spec) {
+  std::string ending = std::filesystem::path(spec).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending == ".glb" || ending == ".gltf";
+}
+
+// A model is named by its content: the file may be elsewhere the next time.
+std::string DescribeModel(const std::filesystem::path& model, const std::filesystem::path& shape_map) {
+  std::string text = fmt::format("model_hash = \"{:016x}\"\n", Hash(ReadFile(model)));
+  if (!shape_map.empty()) text += fmt::format("shape_map_hash = \"{:016x}\"\n", Hash(ReadFile(shape_map)));
+  return text;
+}
+
 }  // namespace
 
-OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data) {
+OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data,
+                    const std::filesystem::path& shape_map) {
+  if (IsModelFile(spec)) return {ReadGlbHead(spec, shape_map), DescribeModel(spec, shape_map)};
+  if (!shape_map.empty()) throw Error("head '{}' takes no shape map: only FILE.glb and FILE.gltf do", spec);
   const size_t colon = spec.find(':');
   const std::string kind = spec.substr(0, colon);
   const std::string detail = colon == std::string::npos ? "" : spec.substr(colon + 1);
@@ -68,7 +87,7 @@ OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_d
     options.seed = detail.empty() ? 0 : ReadSeed(spec, detail);
     return {MakeProceduralHead(options), ""};
   }
-  throw Error("there is no head '{}', expected human:SEED, human:FILE.toml, procedural or plain", spec);
+  throw Error("there is no head '{}', expected human:SEED, human:FILE.toml, FILE.glb, procedural or plain", spec);
 }
 
 }  // namespace likeness

@@ -16,11 +16,13 @@ struct OpenedHead {
   std::string recipe;  // TOML; empty for heads without one
 };
 
-//   spec  "human:SEED" or "human:FILE.toml" (see human/human_head.h), "procedural", "procedural:SEED", or "plain": the
-//         procedural head whose scene is the tracked mesh alone
+//   spec  "human:SEED" or "human:FILE.toml" (see human/human_head.h), "FILE.glb" or "FILE.gltf" (see glb/glb_head.h),
+//         "procedural", "procedural:SEED", or "plain": the procedural head whose scene is the tracked mesh alone
 //   head_data  MakeHuman data for human heads; when empty: $LIKENESS_HEAD_DATA, then .deps/head-data, then
 //              ../share/likeness/head-data beside the program
+//   shape_map  JSON that names a model's morph targets, for FILE.glb; empty for none
 // Throws Error that says how to get the data where there are none.
-OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data);
+OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data,
+                    const std::filesystem::path& shape_map = {});
 
 }  // namespace likeness

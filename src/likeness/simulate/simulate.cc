@@ -147,7 +147,7 @@ SimulateResult Simulate(const SimulateOptions& options) {
   options.Check();
   const CaptureWriter writer(options.out);
   const CaptureLayout& layout = writer.layout();
-  const OpenedHead opened = OpenHead(options.head, options.head_data);
+  const OpenedHead opened = OpenHead(options.head, options.head_data, options.shape_map);
   const Head& head = *opened.head;
   const nlohmann::json description = DescribeOptions(options, opened);
   const std::filesystem::path description_path = layout.Truth() / "options.json";

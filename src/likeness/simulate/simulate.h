@@ -23,6 +23,7 @@ struct SimulateOptions {
   std::filesystem::path out;
   std::string head = "human:1";       // as OpenHead takes it
   std::filesystem::path head_data;    // MakeHuman data; empty: searched
+  std::filesystem::path shape_map;    // names a GLB head's morph targets; empty: their ARKit names
   std::filesystem::path performance;  // a Live Link Face CSV; empty: built-in
   int frames = 48;                    // over all segments, 2 or more
   RigOptions rig;

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "likeness/base/error.h"
-#include "likeness/simulate/human/parametrise.h"
+#include "likeness/simulate/parametrise.h"
 
 namespace likeness {
 namespace {

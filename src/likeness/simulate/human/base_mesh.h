@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "likeness/geometry/mesh.h"
+#include "likeness/simulate/gaze.h"
 #include "likeness/simulate/human/subdivide.h"
 
 namespace likeness {
@@ -15,8 +16,6 @@ struct QuadPart {
   std::vector<Quad> quads;                          // vertex indices of the base mesh
   std::vector<std::array<Eigen::Vector2f, 4>> uvs;  // MakeHuman's own, one a corner
 };
-
-enum Side { kLeft = 0, kRight = 1 };  // of the subject; left is +x
 
 struct BaseMesh {
   Vertices vertices;                // the whole body, millimetres

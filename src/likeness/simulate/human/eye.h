@@ -3,11 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 
 #include "likeness/geometry/mesh.h"
-#include "likeness/simulate/head.h"
-#include "likeness/simulate/human/base_mesh.h"
+#include "likeness/simulate/gaze.h"
 
 namespace likeness {
 
@@ -30,8 +28,5 @@ EyeMesh MakeCornea(float radius);
 // How far the eye reaches from its centre in a direction at `cosine` = cos(angle to the gaze), as a multiple of its
 // radius: 1 on the sclera, more on the cornea.
 float EyeReach(float cosine);
-
-// The rotation of one eye for expression weights: 30 degrees outwards and inwards, 25 up, 30 down at weight 1.
-Eigen::Matrix3f GazeRotation(Side side, std::span<const float, kExpressionCount> weights);
 
 }  // namespace likeness

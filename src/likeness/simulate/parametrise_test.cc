@@ -1,4 +1,4 @@
-#include "likeness/simulate/human/parametrise.h"
+#include "likeness/simulate/parametrise.h"
 
 #include <gtest/gtest.h>
 

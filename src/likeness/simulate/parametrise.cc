@@ -1,4 +1,4 @@
-#include "likeness/simulate/human/parametrise.h"
+#include "likeness/simulate/parametrise.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseLU>
