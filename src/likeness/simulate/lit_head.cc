@@ -1,6 +1,7 @@
 #include "likeness/simulate/lit_head.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "likeness/base/parallel.h"
 
@@ -16,7 +17,8 @@ bool CastsShadow(const Material& material) {
 
 // Returns the openness. Rays of one vertex run apart at once, so single ones are quicker than packets.
 float FindVisibleLights(const RayScene& casters, const LightTable& lights, const Eigen::Vector3f& position,
-                        const Eigen::Vector3f& normal, const Material& material, uint8_t* visibility) {
+                        const Eigen::Vector3f& normal, const Material& material, uint8_t* visibility,
+                        int64_t* rays) {
   // Scattering carries light around the horizon, and normal maps lean the surface towards lights below it.
   const float lowest = -0.2f - *std::max_element(material.scatter.begin(), material.scatter.end());
   float arriving = 0, possible = 0;
@@ -27,6 +29,7 @@ float FindVisibleLights(const RayScene& casters, const LightTable& lights, const
     const float facing = normal.dot(direction);
     if (facing < lowest) continue;
     if (facing < 0.02f) direction += (0.02f - facing) * normal;
+    ++*rays;
     const bool seen = !casters.Occluded({position + kOffsetMm * normal, direction});
     visibility[i] = seen ? 255 : 0;
     const float light = lights.Irradiance(i) * std::max(facing, 0.0f);
@@ -62,13 +65,17 @@ LitHead LightHead(const Head& head, const PosedHead& posed, const RigidTransform
     const int64_t vertices = lit.positions[s].rows();
     std::vector<uint8_t> visibility(static_cast<size_t>(vertices) * lights->size());
     std::vector<float> openness(static_cast<size_t>(vertices));
+    std::atomic<int64_t> rays = 0;
     constexpr int64_t kChunk = 256;
     ParallelFor((vertices + kChunk - 1) / kChunk, [&](int64_t chunk) {
+      int64_t traced = 0;
       for (int64_t v = chunk * kChunk; v < std::min(vertices, (chunk + 1) * kChunk); ++v) {
         openness[v] = FindVisibleLights(casters, *lights, lit.positions[s].row(v), lit.normals[s].row(v),
-                                        surfaces[s].material, visibility.data() + v * lights->size());
+                                        surfaces[s].material, visibility.data() + v * lights->size(), &traced);
       }
+      rays += traced;
     });
+    lit.shadow_rays += rays;
     lit.visibility.push_back(std::move(visibility));
     lit.openness.push_back(std::move(openness));
   }

@@ -20,6 +20,7 @@ struct LitHead {
   std::vector<std::vector<uint8_t>> visibility;  // per surface [vertex][light of the table], 0 hidden ... 255 seen
   // Per surface and vertex: the part of the light that would arrive there if nothing stood in its way, 0 ... 1.
   std::vector<std::vector<float>> openness;
+  int64_t shadow_rays = 0;  // traced
 };
 
 // Places the head and, with `lights`, finds which lights each vertex sees: one shadow ray a vertex and light against

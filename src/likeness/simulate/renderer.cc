@@ -304,6 +304,7 @@ HeadPicture HeadRenderer::Render(const LitHead& lit, const Camera& camera) const
   LIKENESS_CHECK(lit.head == &head_);
   HeadPicture picture{ImageU8(camera.width, camera.height, 3), ImageU8(camera.width, camera.height, 1)};
   const PixelBox box = BoundingBox(lit, camera);
+  picture.camera_rays = int64_t{options_.samples} * (box.x1 - box.x0) * (box.y1 - box.y0);
   const std::vector<Eigen::Vector2d> positions = SamplePositions(options_.samples);
   const Vector3f origin = camera.CentreInWorld().cast<float>();
   // Direction through a pixel position (x, y): this times (x, y, 1).

@@ -25,6 +25,7 @@ struct ShadingOptions {
 struct HeadPicture {
   ImageU8 rgb;   // sRGB-encoded, black where there is no head
   ImageU8 mask;  // 1 channel: 255 where the head covers at least half of the pixel, else 0
+  int64_t camera_rays = 0;  // traced: the samples of all pixels in the head's bounding box
 };
 
 // Each sample of a pixel finds its surface, colour and relief; the lights are added up once for the samples that share
