@@ -17,8 +17,7 @@ bool CastsShadow(const Material& material) {
 
 // Returns the openness. Rays of one vertex run apart at once, so single ones are quicker than packets.
 float FindVisibleLights(const RayScene& casters, const LightTable& lights, const Eigen::Vector3f& position,
-                        const Eigen::Vector3f& normal, const Material& material, uint8_t* visibility,
-                        int64_t* rays) {
+                        const Eigen::Vector3f& normal, const Material& material, uint8_t* visibility, int64_t* rays) {
   // Scattering carries light around the horizon, and normal maps lean the surface towards lights below it.
   const float lowest = -0.2f - *std::max_element(material.scatter.begin(), material.scatter.end());
   float arriving = 0, possible = 0;

@@ -22,6 +22,14 @@ uint64_t ReadSeed(const std::string& spec, const std::string& text) {
   return seed;
 }
 
+HumanRecipe ReadHumanRecipe(const std::string& spec, const std::string& detail) {
+  if (detail.empty()) throw Error("head '{}': expected human:SEED or human:FILE.toml", spec);
+  if (detail.ends_with(".toml")) return ReadRecipe(detail);
+  return RecipeFromSeed(ReadSeed(spec, detail));
+}
+
+}  // namespace
+
 std::filesystem::path FindHeadData(const std::filesystem::path& given) {
   std::vector<std::filesystem::path> places;
   if (!given.empty()) {
@@ -45,14 +53,6 @@ std::filesystem::path FindHeadData(const std::filesystem::path& given) {
       "procedural",
       searched);
 }
-
-HumanRecipe ReadHumanRecipe(const std::string& spec, const std::string& detail) {
-  if (detail.empty()) throw Error("head '{}': expected human:SEED or human:FILE.toml", spec);
-  if (detail.ends_with(".toml")) return ReadRecipe(detail);
-  return RecipeFromSeed(ReadSeed(spec, detail));
-}
-
-}  // namespace
 
 OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data) {
   const size_t colon = spec.find(':');

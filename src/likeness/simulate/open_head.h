@@ -23,4 +23,7 @@ struct OpenedHead {
 // Throws Error that says how to get the data where there are none.
 OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data);
 
+// The folder that OpenHead would take MakeHuman data from. Throws Error where there is none.
+std::filesystem::path FindHeadData(const std::filesystem::path& given);
+
 }  // namespace likeness

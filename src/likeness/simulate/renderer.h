@@ -23,8 +23,8 @@ struct ShadingOptions {
 };
 
 struct HeadPicture {
-  ImageU8 rgb;   // sRGB-encoded, black where there is no head
-  ImageU8 mask;  // 1 channel: 255 where the head covers at least half of the pixel, else 0
+  ImageU8 rgb;              // sRGB-encoded, black where there is no head
+  ImageU8 mask;             // 1 channel: 255 where the head covers at least half of the pixel, else 0
   int64_t camera_rays = 0;  // traced: the samples of all pixels in the head's bounding box
 };
 
