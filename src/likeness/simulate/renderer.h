@@ -2,11 +2,13 @@
 
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "likeness/geometry/camera.h"
 #include "likeness/image/image.h"
 #include "likeness/simulate/lit_head.h"
+#include "likeness/simulate/material_maps.h"
 
 namespace likeness {
 
@@ -46,7 +48,17 @@ class HeadRenderer {
 
  private:
   struct Fragment;
+  struct Lens;
+  struct Scratch;
+  struct PixelBox {
+    int x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // [x0, x1) x [y0, y1)
+  };
+  using CornerUvs = std::array<Eigen::Vector2f, 3>;
 
+  static PixelBox BoundingBox(const LitHead& lit, const Camera& camera);
+  void RenderBlock(const LitHead& lit, const Lens& lens, const PixelBox& block, Scratch* scratch,
+                   HeadPicture* picture) const;
+  Eigen::Vector2f TextureCoordinate(const RayHit& found) const;
   float Meet(const LitHead& lit, const Ray& ray, const RayHit& found, float open, float share,
              std::vector<Fragment>* fragments) const;
   Fragment MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const;
@@ -55,6 +67,9 @@ class HeadRenderer {
 
   const Head& head_;
   LightTable lights_;
+  // Of each surface:
+  std::vector<MaterialMaps> maps_;
+  std::vector<std::vector<CornerUvs>> corner_uvs_;  // of each triangle
   ShadingOptions options_;
 };
 
