@@ -40,7 +40,6 @@ void SortIntoGroups(std::vector<Light>& lights, size_t begin, size_t end) {
 
 using Floats = float __attribute__((vector_size(sizeof(float) * kGroup)));
 using Integers = int32_t __attribute__((vector_size(sizeof(int32_t) * kGroup)));
-using Bytes = uint8_t __attribute__((vector_size(kGroup)));
 
 __attribute__((always_inline)) inline Floats Load(const float* from) {
   Floats values;
@@ -48,16 +47,20 @@ __attribute__((always_inline)) inline Floats Load(const float* from) {
   return values;
 }
 
-__attribute__((always_inline)) inline Floats LoadBytes(const uint8_t* from) {
-  Bytes values;
-  std::memcpy(&values, from, sizeof(values));
-  return __builtin_convertvector(__builtin_convertvector(values, Integers), Floats);
+// `value` where the light's bit is set, else 0.
+__attribute__((always_inline)) inline Floats Where(uint16_t lights, float value) {
+  constexpr Integers kBits = {1 << 0, 1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
+                              1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
+  const Floats zero = {};
+  return (kBits & static_cast<int32_t>(lights)) != 0 ? value + zero : zero;
 }
 
-bool AllZero(const uint8_t* values) {
-  uint64_t words[kGroup / 8];
-  std::memcpy(words, values, kGroup);
-  return (words[0] | words[1]) == 0;
+// Through memory: so the compiler makes one instruction of it.
+__attribute__((always_inline)) inline Floats SquareRoot(const Floats& values) {
+  alignas(64) float lanes[kGroup];
+  std::memcpy(lanes, &values, sizeof(lanes));
+  for (float& lane : lanes) lane = std::sqrt(lane);
+  return Load(lanes);
 }
 
 // The specular light of one group.
@@ -73,8 +76,7 @@ __attribute__((always_inline)) inline Floats Lobe(const SpecularLobe& lobe, cons
   // one division.
   const Floats lv2 = 2 * lv1, nh = nl + nv, nh2 = nh * nh < lv2 ? nh * nh : lv2;
   const Floats d = nh2 * (a2 - 1) + lv2;
-  Floats vh = 0.5f * lv1;
-  for (int i = 0; i < kGroup; ++i) vh[i] = std::sqrt(vh[i]);
+  const Floats vh = SquareRoot(0.5f * lv1);
   const Floats m = vh < 1 ? 1 - vh : zero, m2 = m * m;
   const Floats fresnel = f0 + (1 - f0) * m2 * m2 * m;
   // V = 1 / (2 lerp(2 n.l n.v, n.l + n.v, alpha))
@@ -114,16 +116,13 @@ LightSum SumLights(const LightTable& lights, const LightQuery& query) {
   Floats diffuse[3] = {}, specular = {}, coat = {};
   const Floats zero = {};
   const float nv = std::max(query.normal.dot(query.view), 0.02f);
-  const float w0 = query.weights[0] / 255, w1 = query.weights[1] / 255, w2 = query.weights[2] / 255;
-
   for (int begin = 0; begin < lights.size(); begin += kGroup) {
-    const uint8_t* v0 = query.visibility[0] + begin;
-    const uint8_t* v1 = query.visibility[1] + begin;
-    const uint8_t* v2 = query.visibility[2] + begin;
-    if (AllZero(v0) && AllZero(v1) && AllZero(v2)) continue;
+    const int group = begin / kGroup;
+    const uint16_t v0 = query.visible[0][group], v1 = query.visible[1][group], v2 = query.visible[2][group];
+    if ((v0 | v1 | v2) == 0) continue;
     const Floats x = Load(columns.x + begin), y = Load(columns.y + begin), z = Load(columns.z + begin);
-    const Floats strength =
-        Load(columns.irradiance + begin) * (w0 * LoadBytes(v0) + w1 * LoadBytes(v1) + w2 * LoadBytes(v2));
+    const Floats strength = Load(columns.irradiance + begin) *
+                            (Where(v0, query.weights[0]) + Where(v1, query.weights[1]) + Where(v2, query.weights[2]));
     for (int c = 0; c < 3; ++c) {
       const Eigen::Vector3f& n = query.diffuse_normal[c];
       const Floats nl = n.x() * x + n.y() * y + n.z() * z + query.wrap[c];

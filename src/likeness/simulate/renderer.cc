@@ -197,8 +197,8 @@ Vector3f HeadRenderer::Shade(const LitHead& lit, const Fragment& fragment) const
   const Vector3f normal = Normalised(fragment.normal), smooth = Normalised(fragment.smooth);
   LightQuery query;
   for (int k = 0; k < 3; ++k) {
-    query.visibility[k] = lit.visibility[fragment.surface].data() +
-                          static_cast<size_t>(fragment.corners[k]) * static_cast<size_t>(lights_.size());
+    query.visible[k] = lit.visible[fragment.surface].data() +
+                       static_cast<size_t>(fragment.corners[k]) * static_cast<size_t>(lights_.groups());
     query.weights[k] = fragment.weights[k];
   }
   for (int c = 0; c < 3; ++c) {
