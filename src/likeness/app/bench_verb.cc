@@ -20,6 +20,7 @@ struct BenchEntry {
 };
 
 const std::vector<BenchEntry> kBenches = {
+    {"simulate", RunBenchSimulate, "a frame of 40 cameras, on one thread"},
     {"unwrap", RunBenchUnwrap, "one camera image to one texture, on one thread"},
 };
 

@@ -4,6 +4,7 @@
 
 namespace likeness {
 
+int RunBenchSimulate(int argc, const char* const* argv);
 int RunBenchUnwrap(int argc, const char* const* argv);
 
 }  // namespace likeness

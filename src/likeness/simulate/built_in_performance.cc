@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
+#include <numeric>
 
 #include "likeness/base/error.h"
 #include "likeness/base/random.h"
+#include "likeness/simulate/expressions.h"
 #include "likeness/simulate/performance.h"
 #include "likeness/simulate/speech.h"
 
@@ -13,80 +14,21 @@ namespace {
 
 using Weights = std::array<float, kExpressionCount>;
 
-struct Expression {
-  std::string name;
-  std::vector<std::pair<std::string, float>> weights;  // "*" in a name stands for both sides
-};
-
-// The most different ones first: short performances take only those.
-const std::vector<Expression>& Expressions() {
-  static const std::vector<Expression> expressions = {
-      {"neutral", {}},
-      {"jaw_open", {{"jawOpen", 0.75f}}},
-      {"smile_closed", {{"mouthSmile*", 0.8f}, {"cheekSquint*", 0.5f}, {"eyeSquint*", 0.3f}}},
-      {"lips_pucker", {{"mouthPucker", 0.95f}}},
-      {"eyes_closed", {{"eyeBlink*", 1}}},
-      {"brows_up", {{"browInnerUp", 1}, {"browOuterUp*", 0.9f}, {"eyeWide*", 0.5f}}},
-      {"anger", {{"browDown*", 1}, {"eyeSquint*", 0.5f}, {"mouthPress*", 0.6f}, {"noseSneer*", 0.4f}}},
-      {"smile_open",
-       {{"mouthSmile*", 0.95f},
-        {"jawOpen", 0.25f},
-        {"mouthUpperUp*", 0.4f},
-        {"mouthLowerDown*", 0.3f},
-        {"cheekSquint*", 0.7f}}},
-      {"sadness", {{"mouthFrown*", 0.9f}, {"browInnerUp", 0.8f}, {"mouthShrugLower", 0.4f}}},
-      {"surprise",
-       {{"jawOpen", 0.5f}, {"mouthFunnel", 0.3f}, {"browInnerUp", 0.9f}, {"browOuterUp*", 0.9f}, {"eyeWide*", 0.9f}}},
-      {"disgust", {{"noseSneer*", 0.9f}, {"mouthUpperUp*", 0.6f}, {"browDown*", 0.5f}, {"eyeSquint*", 0.5f}}},
-      {"lips_funnel", {{"mouthFunnel", 0.9f}, {"jawOpen", 0.2f}}},
-      {"grimace", {{"mouthStretch*", 0.9f}, {"mouthLowerDown*", 0.7f}, {"mouthUpperUp*", 0.3f}, {"jawOpen", 0.08f}}},
-      {"gaze_left", {{"eyeLookOutLeft", 0.8f}, {"eyeLookInRight", 0.8f}}},
-      {"gaze_right", {{"eyeLookOutRight", 0.8f}, {"eyeLookInLeft", 0.8f}}},
-      {"gaze_up", {{"eyeLookUp*", 0.8f}, {"browInnerUp", 0.2f}}},
-      {"gaze_down", {{"eyeLookDown*", 0.8f}, {"eyeBlink*", 0.15f}}},
-      {"cheek_puff", {{"cheekPuff", 0.9f}, {"mouthPress*", 0.3f}}},
-      {"mouth_left", {{"mouthLeft", 0.9f}}},
-      {"mouth_right", {{"mouthRight", 0.9f}}},
-      {"lips_roll_in", {{"mouthRollLower", 0.8f}, {"mouthRollUpper", 0.8f}}},
-      {"jaw_wide_open", {{"jawOpen", 1}, {"mouthStretch*", 0.2f}, {"eyeSquint*", 0.3f}}},
-      {"squint", {{"eyeSquint*", 1}, {"cheekSquint*", 0.7f}, {"eyeBlink*", 0.3f}}},
-      {"wink_left", {{"eyeBlinkLeft", 1}, {"cheekSquintLeft", 0.7f}, {"mouthSmileLeft", 0.4f}}},
-      {"wink_right", {{"eyeBlinkRight", 1}, {"cheekSquintRight", 0.7f}, {"mouthSmileRight", 0.4f}}},
-      {"fear", {{"eyeWide*", 1}, {"browInnerUp", 1}, {"mouthStretch*", 0.6f}, {"jawOpen", 0.2f}}},
-      {"jaw_left", {{"jawLeft", 0.9f}, {"jawOpen", 0.1f}}},
-      {"jaw_right", {{"jawRight", 0.9f}, {"jawOpen", 0.1f}}},
-      {"chin_raise", {{"mouthShrugLower", 0.9f}, {"mouthShrugUpper", 0.6f}}},
-      {"upper_lip_raise", {{"mouthUpperUp*", 0.9f}}},
-      {"lower_lip_down", {{"mouthLowerDown*", 0.9f}}},
-      {"tongue_out", {{"tongueOut", 0.9f}, {"jawOpen", 0.45f}}},
-      {"smirk_left", {{"mouthSmileLeft", 0.9f}, {"mouthDimpleLeft", 0.5f}}},
-      {"smirk_right", {{"mouthSmileRight", 0.9f}, {"mouthDimpleRight", 0.5f}}},
-      {"brow_left", {{"browOuterUpLeft", 1}, {"browDownRight", 0.6f}}},
-      {"brow_right", {{"browOuterUpRight", 1}, {"browDownLeft", 0.6f}}},
-      {"jaw_forward", {{"jawForward", 0.9f}}},
-  };
-  return expressions;
-}
-
-void AddExpression(const Expression& expression, float amount, Weights* weights) {
-  const auto add = [&](const std::string& name, float weight) {
-    float& w = (*weights)[static_cast<size_t>(ExpressionIndex(name))];
-    w = std::clamp(w + amount * weight, 0.0f, 1.0f);
-  };
-  for (const auto& [name, weight] : expression.weights) {
-    if (name.ends_with('*')) {
-      add(name.substr(0, name.size() - 1) + "Left", weight);
-      add(name.substr(0, name.size() - 1) + "Right", weight);
-    } else {
-      add(name, weight);
-    }
-  }
-}
+constexpr int kMostFrames = 1000000;
+constexpr size_t kHeldOutSentences = 10;  // of the full performance
 
 // 0 ... 1: how far sample k of n is into an expression that comes and goes; its peak is among the samples.
 float Envelope(int k, int n) {
   const double t = (k + 1.0) / (n % 2 == 1 ? n + 1 : n + 2);
   return static_cast<float>(std::pow(std::sin(std::numbers::pi * t), 0.8));
+}
+
+// The same for a segment that begins and ends with the neutral face, if it is long enough.
+float NeutralToNeutral(int k, int n) {
+  if (n < 3) return Envelope(k, n);
+  const int peak = (n - 1) / 2;
+  const double part = k <= peak ? static_cast<double>(k) / peak : static_cast<double>(n - 1 - k) / (n - 1 - peak);
+  return static_cast<float>(0.5 - 0.5 * std::cos(std::numbers::pi * part));
 }
 
 // Looks about, lifts brows and blinks, as people do while they speak.
@@ -134,17 +76,28 @@ class Builder {
  public:
   explicit Builder(uint64_t seed) : seed_(seed), head_motion_(seed), liveliness_(seed) {}
 
-  void AddExpressions(int frames) {
-    const auto& expressions = Expressions();
-    const int count = std::min(frames, static_cast<int>(expressions.size()));
-    for (int i = 0; i < count; ++i) {
-      const int n = frames / count + (i < frames % count ? 1 : 0);
-      PerformanceSegment& segment = Begin("EXP_" + expressions[i].name, false);
+  // `expressions` of them, the neutral face first.
+  void AddExpressions(int frames, int expressions) {
+    const PeakExpression neutral = {"neutral", {}};
+    for (int i = 0; i < expressions; ++i) {
+      const PeakExpression& expression = i == 0 ? neutral : PeakExpressions()[static_cast<size_t>(i) - 1];
+      const int n = frames / expressions + (i < frames % expressions ? 1 : 0);
+      PerformanceSegment& segment = Begin("EXP_" + expression.name, false);
       for (int k = 0; k < n; ++k) {
         Weights weights = {};
-        AddExpression(expressions[i], Envelope(k, n), &weights);
+        AddExpression(expression, Envelope(k, n), &weights);
         Add(&segment, weights, 0.2);
       }
+    }
+  }
+
+  // From the neutral face to the peak and back, in two seconds.
+  void AddPeak(const PeakExpression& expression, int frames) {
+    PerformanceSegment& segment = Begin("EXP_" + expression.name, false);
+    for (int k = 0; k < frames; ++k) {
+      Weights weights = {};
+      AddExpression(expression, NeutralToNeutral(k, frames), &weights);
+      Add(&segment, weights, 2.0 / frames);
     }
   }
 
@@ -158,15 +111,17 @@ class Builder {
     }
   }
 
-  // Two expressions at a time, at most as strong as their peaks.
+  // Two of the first `expressions` (0 is the neutral face) at a time, at most as strong as their peaks.
   void AddFreeFace(int frames, int expressions) {
     PerformanceSegment& segment = Begin("EXP_free_face", true);
     Random random(seed_, Hash("free face"));
     for (int k = 0; k < frames; ++k) {
       Weights weights = {};
       const double share = random.Uniform(0.25, 0.75);
-      AddExpression(Expressions()[random.Below(expressions)], static_cast<float>(share), &weights);
-      AddExpression(Expressions()[random.Below(expressions)], static_cast<float>(1 - share), &weights);
+      for (const double amount : {share, 1 - share}) {
+        const auto i = static_cast<size_t>(random.Below(expressions));
+        if (i > 0) AddExpression(PeakExpressions()[i - 1], static_cast<float>(amount), &weights);
+      }
       Add(&segment, weights, 0.3);
     }
   }
@@ -202,23 +157,51 @@ class Builder {
 }  // namespace
 
 Performance BuiltInPerformance(int frames, uint64_t seed) {
-  if (frames < 2 || frames > 100000) throw Error("a performance has 2 to 100000 frames, not {}", frames);
+  if (frames < 2 || frames > kMostFrames) throw Error("a performance has 2 to {} frames, not {}", kMostFrames, frames);
   const int held_out = std::max(1, static_cast<int>(std::lround(0.2 * frames)));
   const int training = frames - held_out;
-  const int expressions = (training + 1) / 2, speech = training - expressions;
+  const int expression_frames = (training + 1) / 2, speech = training - expression_frames;
   const int held_out_speech = (held_out + 1) / 2;
   const auto& sentences = BuiltInSentences();
+  const int expressions = std::min(expression_frames, static_cast<int>(PeakExpressions().size()) + 1);
   Builder builder(seed);
-  builder.AddExpressions(expressions);
+  builder.AddExpressions(expression_frames, expressions);
   // A sentence takes five frames or more before another begins.
   const int spoken = std::min(static_cast<int>(sentences.size()) - 1, (speech + 4) / 5);
   for (int i = 0; i < spoken; ++i) {
     builder.AddSentence(sentences[i], speech / spoken + (i < speech % spoken ? 1 : 0), false);
   }
   builder.AddSentence(sentences.back(), held_out_speech, true);
-  if (held_out > held_out_speech) {
-    builder.AddFreeFace(held_out - held_out_speech, std::min<int>(expressions, Expressions().size()));
+  if (held_out > held_out_speech) builder.AddFreeFace(held_out - held_out_speech, expressions);
+  return builder.Finish();
+}
+
+Performance FullPerformance(int frames, uint64_t seed) {
+  const auto& expressions = PeakExpressions();
+  const auto& sentences = BuiltInSentences();
+  // Shares of the frames: a sentence takes twice as long as an expression, the free face as long as ten sentences.
+  constexpr int kSentence = 2, kFreeFace = 20;
+  std::vector<int> parts(expressions.size(), 1);
+  parts.insert(parts.end(), sentences.size(), kSentence);
+  parts.push_back(kFreeFace);
+  const int segments = static_cast<int>(parts.size()), all = std::accumulate(parts.begin(), parts.end(), 0);
+  if (frames < segments || frames > kMostFrames) {
+    throw Error("the full performance has {} segments, so it takes {} to {} frames, not {}; the short one takes fewer",
+                segments, segments, kMostFrames, frames);
   }
+  // One frame for each segment; the others by their shares, so that the sum is right.
+  int64_t before = 0;
+  const auto next_frames = [&](int part) {
+    const int64_t extra = frames - segments, from = before * extra / all;
+    before += part;
+    return 1 + static_cast<int>(before * extra / all - from);
+  };
+  Builder builder(seed);
+  for (size_t i = 0; i < expressions.size(); ++i) builder.AddPeak(expressions[i], next_frames(parts[i]));
+  for (size_t i = 0; i < sentences.size(); ++i) {
+    builder.AddSentence(sentences[i], next_frames(kSentence), i + kHeldOutSentences >= sentences.size());
+  }
+  builder.AddFreeFace(next_frames(kFreeFace), static_cast<int>(expressions.size()) + 1);
   return builder.Finish();
 }
 

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <numbers>
 
-// The loops over one group of lights are left to the compiler's vectoriser; on x86 it makes one copy for each vector
-// width and the machine's own is chosen at load time. Thread sanitizer cannot start with such copies.
+// A group of lights is one vector of the compiler's; on x86 it makes one copy of the code for each vector width that
+// machines have, and the machine's own is chosen at load time. Thread sanitizer cannot start with such copies.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
     !defined(__SANITIZE_ADDRESS__)
 #define LIKENESS_VECTOR_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
@@ -38,36 +38,56 @@ void SortIntoGroups(std::vector<Light>& lights, size_t begin, size_t end) {
   SortIntoGroups(lights, middle, end);
 }
 
-bool AllZero(const uint8_t* values) {
-  uint64_t words[kGroup / 8];
-  std::memcpy(words, values, kGroup);
-  return (words[0] | words[1]) == 0;
+using Floats = float __attribute__((vector_size(sizeof(float) * kGroup)));
+using Integers = int32_t __attribute__((vector_size(sizeof(int32_t) * kGroup)));
+
+__attribute__((always_inline)) inline Floats Load(const float* from) {
+  Floats values;
+  std::memcpy(&values, from, sizeof(values));
+  return values;
 }
 
-// Adds the specular light of one group.
-__attribute__((always_inline)) inline void AddLobe(const SpecularLobe& lobe, const LightQuery& query, float nv,
-                                                   const float* x, const float* y, const float* z,
-                                                   const float* strength, float* sum) {
-  const float nx = query.normal.x(), ny = query.normal.y(), nz = query.normal.z();
-  const float vx = query.view.x(), vy = query.view.y(), vz = query.view.z();
+// `value` where the light's bit is set, else 0.
+__attribute__((always_inline)) inline Floats Where(uint16_t lights, float value) {
+  constexpr Integers kBits = {1 << 0, 1 << 1, 1 << 2,  1 << 3,  1 << 4,  1 << 5,  1 << 6,  1 << 7,
+                              1 << 8, 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13, 1 << 14, 1 << 15};
+  const Floats zero = {};
+  return (kBits & static_cast<int32_t>(lights)) != 0 ? value + zero : zero;
+}
+
+// Through memory: so the compiler makes one instruction of it.
+__attribute__((always_inline)) inline Floats SquareRoot(const Floats& values) {
+  alignas(64) float lanes[kGroup];
+  std::memcpy(lanes, &values, sizeof(lanes));
+  for (float& lane : lanes) lane = std::sqrt(lane);
+  return Load(lanes);
+}
+
+// The specular light of one group.
+__attribute__((always_inline)) inline Floats Lobe(const SpecularLobe& lobe, const LightQuery& query, float nv, Floats x,
+                                                  Floats y, Floats z, Floats strength) {
+  const Floats zero = {};
   const float a = lobe.alpha, a2 = a * a, f0 = lobe.f0;
-  for (int i = 0; i < kGroup; ++i) {
-    const float nl_signed = nx * x[i] + ny * y[i] + nz * z[i];
-    const float nl = nl_signed > 0 ? nl_signed : 0;
-    const float lv = vx * x[i] + vy * y[i] + vz * z[i];
-    const float lv1 = lv > -0.9999f ? 1 + lv : 1e-4f;
-    // h = (l + v) / |l + v|, |l + v|^2 = 2 (1 + l.v)
-    const float nh = (nl + nv) / std::sqrt(2 * lv1);
-    const float vh = std::sqrt(0.5f * lv1);
-    const float nh2 = nh < 1 ? nh * nh : 1;
-    const float d = nh2 * (a2 - 1) + 1;
-    const float m = vh < 1 ? 1 - vh : 0;
-    const float m2 = m * m;
-    const float fresnel = f0 + (1 - f0) * m2 * m2 * m;
-    // V = 1 / (2 lerp(2 n.l n.v, n.l + n.v, alpha))
-    const float smith = 2 * (2 * nl * nv * (1 - a) + (nl + nv) * a);
-    sum[i] += strength[i] * nl * fresnel * a2 / (d * d * smith);
-  }
+  const Floats nl_signed = query.normal.x() * x + query.normal.y() * y + query.normal.z() * z;
+  const Floats nl = nl_signed > 0 ? nl_signed : zero;
+  const Floats lv = query.view.x() * x + query.view.y() * y + query.view.z() * z;
+  const Floats lv1 = lv > -0.9999f ? 1 + lv : 1e-4f + zero;
+  // h = (l + v) / |l + v|, |l + v|^2 = 2 (1 + l.v); D is multiplied out with that square, so that the whole term takes
+  // one division.
+  const Floats lv2 = 2 * lv1, nh = nl + nv, nh2 = nh * nh < lv2 ? nh * nh : lv2;
+  const Floats d = nh2 * (a2 - 1) + lv2;
+  const Floats vh = SquareRoot(0.5f * lv1);
+  const Floats m = vh < 1 ? 1 - vh : zero, m2 = m * m;
+  const Floats fresnel = f0 + (1 - f0) * m2 * m2 * m;
+  // V = 1 / (2 lerp(2 n.l n.v, n.l + n.v, alpha))
+  const Floats smith = 2 * (2 * nl * nv * (1 - a) + nh * a);
+  return strength * nl * fresnel * a2 * lv2 * lv2 / (d * d * smith);
+}
+
+__attribute__((always_inline)) inline float Sum(const Floats& values) {
+  float sum = 0;
+  for (int i = 0; i < kGroup; ++i) sum += values[i];
+  return sum;
 }
 
 }  // namespace
@@ -93,51 +113,33 @@ LightTable::LightTable(const LightRig& rig) : angular_radius_(rig.angular_radius
 LIKENESS_VECTOR_CLONES
 LightSum SumLights(const LightTable& lights, const LightQuery& query) {
   const LightColumns columns(lights);
-  alignas(64) float diffuse[3][kGroup] = {};
-  alignas(64) float specular[kGroup] = {};
-  alignas(64) float coat[kGroup] = {};
+  Floats diffuse[3] = {}, specular = {}, coat = {};
+  const Floats zero = {};
   const float nv = std::max(query.normal.dot(query.view), 0.02f);
-
   for (int begin = 0; begin < lights.size(); begin += kGroup) {
-    const uint8_t* v0 = query.visibility[0] + begin;
-    const uint8_t* v1 = query.visibility[1] + begin;
-    const uint8_t* v2 = query.visibility[2] + begin;
-    if (AllZero(v0) && AllZero(v1) && AllZero(v2)) continue;
-    const float* x = columns.x + begin;
-    const float* y = columns.y + begin;
-    const float* z = columns.z + begin;
-    const float* irradiance = columns.irradiance + begin;
-    const float w0 = query.weights[0] / 255, w1 = query.weights[1] / 255, w2 = query.weights[2] / 255;
-    alignas(64) float strength[kGroup];
-    for (int i = 0; i < kGroup; ++i) {
-      strength[i] = irradiance[i] *
-                    (w0 * static_cast<float>(v0[i]) + w1 * static_cast<float>(v1[i]) + w2 * static_cast<float>(v2[i]));
-    }
+    const int group = begin / kGroup;
+    const uint16_t v0 = query.visible[0][group], v1 = query.visible[1][group], v2 = query.visible[2][group];
+    if ((v0 | v1 | v2) == 0) continue;
+    const Floats x = Load(columns.x + begin), y = Load(columns.y + begin), z = Load(columns.z + begin);
+    const Floats strength = Load(columns.irradiance + begin) *
+                            (Where(v0, query.weights[0]) + Where(v1, query.weights[1]) + Where(v2, query.weights[2]));
     for (int c = 0; c < 3; ++c) {
-      const float dx = query.diffuse_normal[c].x(), dy = query.diffuse_normal[c].y(), dz = query.diffuse_normal[c].z();
-      const float wrap = query.wrap[c];
-      for (int i = 0; i < kGroup; ++i) {
-        const float nl = dx * x[i] + dy * y[i] + dz * z[i] + wrap;
-        diffuse[c][i] += strength[i] * (nl > 0 ? nl : 0);
-      }
+      const Eigen::Vector3f& n = query.diffuse_normal[c];
+      const Floats nl = n.x() * x + n.y() * y + n.z() * z + query.wrap[c];
+      diffuse[c] += strength * (nl > 0 ? nl : zero);
     }
-    if (query.has_specular) AddLobe(query.specular, query, nv, x, y, z, strength, specular);
-    if (query.has_coat) AddLobe(query.coat, query, nv, x, y, z, strength, coat);
+    if (query.has_specular) specular += Lobe(query.specular, query, nv, x, y, z, strength);
+    if (query.has_coat) coat += Lobe(query.coat, query, nv, x, y, z, strength);
   }
 
   constexpr float kInversePi = std::numbers::inv_pi_v<float>;
   LightSum sum;
-  for (int i = 0; i < kGroup; ++i) {
-    for (int c = 0; c < 3; ++c) sum.diffuse[c] += diffuse[c][i];
-    sum.specular += specular[i];
-    sum.coat += coat[i];
-  }
   for (int c = 0; c < 3; ++c) {
     const float wrapped = 1 + query.wrap[c];
-    sum.diffuse[c] *= kInversePi / (wrapped * wrapped);
+    sum.diffuse[c] = Sum(diffuse[c]) * kInversePi / (wrapped * wrapped);
   }
-  sum.specular *= kInversePi;
-  sum.coat *= kInversePi;
+  sum.specular = Sum(specular) * kInversePi;
+  sum.coat = Sum(coat) * kInversePi;
   return sum;
 }
 

@@ -19,6 +19,7 @@ class LightTable {
   explicit LightTable(const LightRig& rig);
 
   int size() const { return static_cast<int>(x_.size()); }  // a multiple of kGroup
+  int groups() const { return size() / kGroup; }
   float angular_radius() const { return angular_radius_; }
   Eigen::Vector3f Direction(int i) const { return {x_[i], y_[i], z_[i]}; }
   float Irradiance(int i) const { return irradiance_[i]; }
@@ -38,8 +39,8 @@ struct SpecularLobe {
 
 // Where the lights are added up. All vectors are unit and in world space.
 struct LightQuery {
-  // Light that reaches the point, per light 0 ... 255: interpolated between a triangle's three corners.
-  const uint8_t* visibility[3] = {};
+  // Which lights reach the point: a bit for each light of a group, interpolated between a triangle's three corners.
+  const uint16_t* visible[3] = {};
   float weights[3] = {1, 0, 0};
   Eigen::Vector3f diffuse_normal[3];  // per colour channel: scattering blurs fine relief
   float wrap[3] = {0, 0, 0};          // how far light wraps around, per channel

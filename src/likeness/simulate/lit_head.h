@@ -13,13 +13,14 @@
 namespace likeness {
 
 struct LitHead {
-  const Head* head = nullptr;                    // borrowed
-  std::vector<Vertices> positions;               // world space, mm; one for each surface
-  std::vector<Vertices> normals;                 // world space, unit
-  RayScene scene;                                // mesh i is surface i
-  std::vector<std::vector<uint8_t>> visibility;  // per surface [vertex][light of the table], 0 hidden ... 255 seen
+  const Head* head = nullptr;                  // borrowed
+  std::vector<Vertices> positions;             // world space, mm; one for each surface
+  std::vector<Vertices> normals;               // world space, unit
+  RayScene scene;                              // mesh i is surface i
+  std::vector<std::vector<uint16_t>> visible;  // per surface [vertex][group of the table], a bit for each light
   // Per surface and vertex: the part of the light that would arrive there if nothing stood in its way, 0 ... 1.
   std::vector<std::vector<float>> openness;
+  int64_t shadow_rays = 0;  // traced
 };
 
 // Places the head and, with `lights`, finds which lights each vertex sees: one shadow ray a vertex and light against

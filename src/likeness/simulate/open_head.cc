@@ -25,30 +25,6 @@ uint64_t ReadSeed(const std::string& spec, const std::string& text) {
   return seed;
 }
 
-std::filesystem::path FindHeadData(const std::filesystem::path& given) {
-  std::vector<std::filesystem::path> places;
-  if (!given.empty()) {
-    places = {given};
-  } else {
-    if (const char* variable = std::getenv("LIKENESS_HEAD_DATA"); variable != nullptr && *variable != 0) {
-      places.emplace_back(variable);
-    }
-    places.emplace_back(".deps/head-data");
-    std::error_code error;
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-    if (!error) places.push_back(program.parent_path().parent_path() / "share/likeness/head-data");
-  }
-  std::string searched;
-  for (const std::filesystem::path& place : places) {
-    if (std::filesystem::is_directory(place / "mpfb2")) return place;
-    searched += (searched.empty() ? "" : ", ") + place.string();
-  }
-  throw Error(
-      "there are no MakeHuman head data (searched {}): run scripts/setup, name them with --head-data, or use --head "
-      "procedural",
-      searched);
-}
-
 HumanRecipe ReadHumanRecipe(const std::string& spec, const std::string& detail) {
   if (detail.empty()) throw Error("head '{}': expected human:SEED or human:FILE.toml", spec);
   if (detail.ends_with(".toml")) return ReadRecipe(detail);
@@ -69,6 +45,33 @@ std::string DescribeModel(const std::filesystem::path& model, const std::filesys
 }
 
 }  // namespace
+
+std::filesystem::path FindHeadData(const std::filesystem::path& given) {
+  std::vector<std::filesystem::path> places;
+  if (!given.empty()) {
+    places = {given};
+  } else {
+    if (const char* variable = std::getenv("LIKENESS_HEAD_DATA"); variable != nullptr && *variable != 0) {
+      places.emplace_back(variable);
+    }
+    places.emplace_back(".deps/head-data");
+    std::error_code error;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+    // Installed, and in a build folder of the checkout.
+    for (const char* place : {"../share/likeness/head-data", "../../.deps/head-data"}) {
+      if (!error) places.push_back((program.parent_path() / place).lexically_normal());
+    }
+  }
+  std::string searched;
+  for (const std::filesystem::path& place : places) {
+    if (std::filesystem::is_directory(place / "mpfb2")) return place;
+    searched += (searched.empty() ? "" : ", ") + place.string();
+  }
+  throw Error(
+      "there are no MakeHuman head data (searched {}): run scripts/setup, name them with --head-data, or use --head "
+      "procedural",
+      searched);
+}
 
 OpenedHead OpenHead(const std::string& spec, const std::filesystem::path& head_data,
                     const std::filesystem::path& shape_map) {

@@ -57,4 +57,9 @@ class HeadMotion {
 // sentence of its own, and EXP_free_face, mixtures of the expressions. Few frames leave out expressions and sentences.
 Performance BuiltInPerformance(int frames, uint64_t seed);
 
+// As much as the paper's capture: always 173 segments, of one frame or more each, so `frames` is 173 or more. 122 peak
+// expressions (EXP_*) that go from the neutral face to the peak and back, 50 sentences (SEN_*), and EXP_free_face. Held
+// out: the last 10 sentences and EXP_free_face.
+Performance FullPerformance(int frames, uint64_t seed);
+
 }  // namespace likeness

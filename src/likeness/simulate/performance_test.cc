@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "likeness/base/file.h"
 #include "likeness/base/testing.h"
+#include "likeness/simulate/expressions.h"
 #include "likeness/simulate/live_link.h"
 #include "likeness/simulate/speech.h"
 
@@ -104,6 +106,85 @@ TEST(BuiltInPerformanceTest, TrainingCoversWhatIsHeldOut) {
         EXPECT_LE(frame.weights[i], most[i] + 0.3f) << segment.name << " " << ExpressionNames()[i];
       }
     }
+  }
+}
+
+TEST(FullPerformanceTest, Has122ExpressionsAnd50SentencesAtAnyLength) {
+  for (const int frames : {173, 174, 500, 3460}) {
+    SCOPED_TRACE(frames);
+    const Performance performance = FullPerformance(frames, 7);
+    CheckPerformance(performance, frames);
+    std::set<std::string> held_out;
+    int expressions = 0, sentences = 0;
+    size_t shortest = 1000;
+    for (const PerformanceSegment& segment : performance.segments) {
+      if (segment.held_out) held_out.insert(segment.name.substr(0, 4));
+      expressions += segment.name.starts_with("EXP_") && segment.name != "EXP_free_face" ? 1 : 0;
+      sentences += segment.name.starts_with("SEN_") ? 1 : 0;
+      shortest = std::min(shortest, segment.frames.size());
+    }
+    EXPECT_EQ(expressions, 122);
+    EXPECT_EQ(sentences, 50);
+    EXPECT_EQ(performance.segments.size(), 173);
+    EXPECT_EQ(held_out, (std::set<std::string>{"EXP_", "SEN_"}));
+    EXPECT_GE(shortest, static_cast<size_t>(frames / 260));
+  }
+  EXPECT_THAT(ErrorOf([] { FullPerformance(172, 1); }), HasSubstr("173 segments"));
+}
+
+TEST(FullPerformanceTest, PeaksComeFromTheNeutralFaceAndGoBack) {
+  const Performance performance = FullPerformance(1730, 1);
+  for (size_t i = 0; i < PeakExpressions().size(); ++i) {
+    const PerformanceSegment& segment = performance.segments[i];
+    EXPECT_EQ(segment.name, "EXP_" + PeakExpressions()[i].name);
+    std::array<float, kExpressionCount> peak = {};
+    AddExpression(PeakExpressions()[i], 1, &peak);
+    const std::array<float, kExpressionCount> neutral = {};
+    float nearest = 1;
+    for (const PerformanceFrame& frame : segment.frames) {
+      float away = 0;
+      for (size_t k = 0; k < peak.size(); ++k) away = std::max(away, std::abs(frame.weights[k] - peak[k]));
+      nearest = std::min(nearest, away);
+    }
+    EXPECT_LT(nearest, 1e-5f) << segment.name;
+    ASSERT_GE(segment.frames.size(), 3) << segment.name;
+    EXPECT_EQ(segment.frames.front().weights, neutral) << segment.name;
+    EXPECT_EQ(segment.frames.back().weights, neutral) << segment.name;
+  }
+}
+
+TEST(PeakExpressionsTest, DifferFromEachOtherAndUseAllShapes) {
+  const auto& expressions = PeakExpressions();
+  std::set<std::string> names;
+  std::vector<std::array<float, kExpressionCount>> peaks;
+  std::array<float, kExpressionCount> most = {};
+  for (const PeakExpression& expression : expressions) {
+    EXPECT_TRUE(names.insert(expression.name).second) << expression.name;
+    peaks.emplace_back();
+    AddExpression(expression, 1, &peaks.back());
+    for (size_t k = 0; k < most.size(); ++k) most[k] = std::max(most[k], peaks.back()[k]);
+    for (size_t other = 0; other + 1 < peaks.size(); ++other) {
+      float away = 0;
+      for (size_t k = 0; k < most.size(); ++k) away += std::abs(peaks.back()[k] - peaks[other][k]);
+      EXPECT_GT(away, 0.15f) << expression.name << " " << expressions[other].name;
+    }
+  }
+  for (size_t k = 0; k < most.size(); ++k) EXPECT_GE(most[k], 0.3f) << ExpressionNames()[k];
+}
+
+TEST(SentencesTest, HeldOutOnesSayNothingNew) {
+  const auto& sentences = BuiltInSentences();
+  std::set<std::string> known;
+  for (size_t i = 0; i < sentences.size(); ++i) {
+    std::istringstream words(sentences[i].phonemes);
+    for (std::string word; words >> word;) {
+      if (i + 10 < sentences.size()) {
+        known.insert(word);
+      } else {
+        EXPECT_TRUE(known.contains(word)) << sentences[i].name << " " << word;
+      }
+    }
+    EXPECT_GT(SentenceDuration(sentences[i]), 1);
   }
 }
 

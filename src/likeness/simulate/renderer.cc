@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "likeness/base/parallel.h"
@@ -21,91 +20,12 @@ constexpr int kMostLayers = 16;
 constexpr float kLeastOpen = 0.01f;
 // Rays go on this far behind a surface.
 constexpr float kStepMm = 1e-3f;
+constexpr size_t kPacket = 16;
 
-const std::array<float, 256>& LinearTable() {
-  static const auto table = [] {
-    std::array<float, 256> t;
-    for (int i = 0; i < 256; ++i) t[i] = LinearFromSrgb(static_cast<float>(i) / 255);
-    return t;
-  }();
-  return table;
-}
-
-// The four texels around a texture coordinate and their weights; edges repeat.
-struct Footprint {
-  int x0, x1, y0, y1;
-  float fx, fy;
-
-  Footprint(const Vector2f& uv, int width, int height) {
-    const float x = std::clamp(uv.x(), 0.0f, 1.0f) * static_cast<float>(width) - 0.5f;
-    const float y = (1 - std::clamp(uv.y(), 0.0f, 1.0f)) * static_cast<float>(height) - 0.5f;
-    const float x_floor = std::floor(x), y_floor = std::floor(y);
-    fx = x - x_floor;
-    fy = y - y_floor;
-    x0 = std::max(static_cast<int>(x_floor), 0);
-    y0 = std::max(static_cast<int>(y_floor), 0);
-    x1 = std::min(static_cast<int>(x_floor) + 1, width - 1);
-    y1 = std::min(static_cast<int>(y_floor) + 1, height - 1);
-  }
-
-  // value(x, y) -> float or vector
-  template <typename F>
-  auto Blend(const F& value) const {
-    using T = decltype(value(0, 0));
-    const T a = value(x0, y0), b = value(x1, y0), c = value(x0, y1), d = value(x1, y1);
-    return T((1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d));
-  }
-};
-
-// RGB and coverage; `decode` maps a byte to a number.
-Eigen::Vector4f SampleAlbedo(const ImageU8& image, const Vector2f& uv, const std::array<float, 256>& decode) {
-  if (image.empty()) return Eigen::Vector4f::Ones();
-  const bool has_alpha = image.channels() == 4;
-  const bool grey = image.channels() < 3;
-  return Footprint(uv, image.width(), image.height()).Blend([&](int x, int y) -> Eigen::Vector4f {
-    const uint8_t* p = image.at(x, y);
-    return {decode[p[0]], decode[p[grey ? 0 : 1]], decode[p[grey ? 0 : 2]],
-            has_alpha ? static_cast<float>(p[3]) / 255 : 1.0f};
-  });
-}
-
-float SampleScalar(const ImageF& map, const Vector2f& uv, float otherwise) {
-  if (map.empty()) return otherwise;
-  return Footprint(uv, map.width(), map.height()).Blend([&](int x, int y) { return *map.at(x, y); });
-}
-
-const std::array<float, 256>& ByteTable() {
-  static const auto table = [] {
-    std::array<float, 256> t;
-    for (int i = 0; i < 256; ++i) t[i] = static_cast<float>(i) / 255;
-    return t;
-  }();
-  return table;
-}
-
-// Pixels that the projections of all vertices span: [x0, x1) x [y0, y1).
-struct PixelBox {
-  int x0 = 0, x1 = 0, y0 = 0, y1 = 0;
-};
-
-PixelBox BoundingBox(const LitHead& lit, const Camera& camera) {
-  Eigen::Array2d low(1e30, 1e30), high(-1e30, -1e30);
-  for (const Vertices& positions : lit.positions) {
-    for (int v = 0; v < positions.rows(); ++v) {
-      const Eigen::Vector3d world = positions.row(v).transpose().cast<double>();
-      // A head around the camera covers everything.
-      if ((camera.cam_from_world * world).z() < 1) return {0, camera.width, 0, camera.height};
-      const Eigen::Array2d pixel = camera.Project(world).array();
-      low = low.min(pixel);
-      high = high.max(pixel);
-    }
-  }
-  PixelBox box;
-  box.x0 = static_cast<int>(std::clamp(std::floor(low.x()), 0.0, static_cast<double>(camera.width)));
-  box.y0 = static_cast<int>(std::clamp(std::floor(low.y()), 0.0, static_cast<double>(camera.height)));
-  box.x1 = static_cast<int>(std::clamp(std::ceil(high.x()), 0.0, static_cast<double>(camera.width)));
-  box.y1 = static_cast<int>(std::clamp(std::ceil(high.y()), 0.0, static_cast<double>(camera.height)));
-  return box;
+// A vector of no length stays as it is.
+Vector3f Normalised(const Vector3f& v) {
+  const float squares = v.squaredNorm();
+  return squares > 1e-30f ? Vector3f(v * (1 / std::sqrt(squares))) : v;
 }
 
 // Hammersley points: evenly spread for any count, the centre for one.
@@ -163,6 +83,23 @@ struct HeadRenderer::Fragment {
   }
 };
 
+// What a camera's rays start from.
+struct HeadRenderer::Lens {
+  Vector3f origin;
+  Eigen::Matrix3d unproject;               // direction through a pixel position (x, y): this times (x, y, 1)
+  std::vector<Eigen::Vector2d> positions;  // of samples in a pixel
+};
+
+// Of a block of pixels: the rays, how much of each goes on, which ones do, and what they found. Kept from block to
+// block, so that memory is asked for once.
+struct HeadRenderer::Scratch {
+  std::vector<Ray> rays, packet;
+  std::vector<RayHit> hits;
+  std::vector<float> open;
+  std::vector<int> going_on;
+  std::vector<std::vector<Fragment>> fragments;  // of each pixel
+};
+
 void ShadingOptions::Check() const {
   if (samples < 1 || samples > 64) throw Error("a pixel takes 1 to 64 samples, not {}", samples);
 }
@@ -170,10 +107,22 @@ void ShadingOptions::Check() const {
 HeadRenderer::HeadRenderer(const Head& head, const LightRig& rig, const ShadingOptions& options)
     : head_(head), lights_(rig), options_(options) {
   options.Check();
+  for (const Surface& surface : head.surfaces()) {
+    maps_.emplace_back(surface.material, options.shading == Shading::kFull);
+    std::vector<CornerUvs>& corners = corner_uvs_.emplace_back();
+    for (const Eigen::Vector3i& uvs : surface.topology.triangle_uvs) {
+      corners.push_back({surface.topology.uvs[uvs[0]], surface.topology.uvs[uvs[1]], surface.topology.uvs[uvs[2]]});
+    }
+  }
 }
 
 LitHead HeadRenderer::Light(const PosedHead& posed, const RigidTransform& world_from_head) const {
   return LightHead(head_, posed, world_from_head, options_.shading == Shading::kFull ? &lights_ : nullptr);
+}
+
+Vector2f HeadRenderer::TextureCoordinate(const RayHit& found) const {
+  const CornerUvs& corners = corner_uvs_[static_cast<size_t>(found.mesh)][static_cast<size_t>(found.triangle)];
+  return (1 - found.b1 - found.b2) * corners[0] + found.b1 * corners[1] + found.b2 * corners[2];
 }
 
 HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const {
@@ -188,15 +137,13 @@ HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray&
   fragment.weights[2] = found.b2;
   fragment.t = found.t;
   fragment.view = -ray.direction;
-  Vector2f corner_uvs[3], uv = Vector2f::Zero();
-  for (int k = 0; k < 3; ++k) {
-    corner_uvs[k] = surface.topology.uvs[surface.topology.triangle_uvs[found.triangle][k]];
-    uv += fragment.weights[k] * corner_uvs[k];
-  }
-  const Eigen::Vector4f albedo = SampleAlbedo(material.albedo, uv, full ? LinearTable() : ByteTable());
-  fragment.albedo = albedo.head<3>();
-  fragment.share = material.transparent ? 1 : albedo[3];
-  if (!full || fragment.share == 0) return fragment;
+  const Vector2f uv = TextureCoordinate(found);
+  const MaterialMaps& maps = maps_[static_cast<size_t>(found.mesh)];
+  fragment.share = material.transparent ? 1 : maps.Coverage(uv);
+  if (fragment.share == 0) return fragment;
+  const SurfaceSample sample = maps.Sample(uv);
+  fragment.albedo = sample.albedo;
+  if (!full) return fragment;
 
   Vector3f corners[3];
   for (int k = 0; k < 3; ++k) {
@@ -206,24 +153,22 @@ HeadRenderer::Fragment HeadRenderer::MakeFragment(const LitHead& lit, const Ray&
   const Vector3f edge1 = corners[1] - corners[0], edge2 = corners[2] - corners[0];
   // Hairs are round: a card of them looks the same from both sides.
   const bool behind = material.albedo.channels() != 4 && edge1.cross(edge2).dot(fragment.view) < 0;
-  fragment.smooth = fragment.smooth.stableNormalized() * (behind ? -1.0f : 1.0f);
+  fragment.smooth = Normalised(fragment.smooth) * (behind ? -1.0f : 1.0f);
   fragment.normal = fragment.smooth;
-  if (!material.normal_map.empty()) {
+  if (maps.has_normals()) {
+    const CornerUvs& corner_uvs = corner_uvs_[static_cast<size_t>(found.mesh)][static_cast<size_t>(found.triangle)];
     const Vector2f d1 = corner_uvs[1] - corner_uvs[0], d2 = corner_uvs[2] - corner_uvs[0];
     const float side = d1.x() * d2.y() - d1.y() * d2.x() < 0 ? -1.0f : 1.0f;
     const auto tangential = [&](const Vector3f& v) -> Vector3f {
-      return (v - fragment.smooth * fragment.smooth.dot(v)).stableNormalized();
+      return Normalised(v - fragment.smooth * fragment.smooth.dot(v));
     };
     const Vector3f tangent = tangential(side * (edge1 * d2.y() - edge2 * d1.y()));
     const Vector3f bitangent = tangential(side * (edge2 * d1.x() - edge1 * d2.x()));
-    const ImageF& map = material.normal_map;
-    const Vector3f local = Footprint(uv, map.width(), map.height()).Blend([&](int x, int y) -> Vector3f {
-      return Eigen::Map<const Vector3f>(map.at(x, y));
-    });
-    fragment.normal = (tangent * local.x() + bitangent * local.y() + fragment.smooth * local.z()).stableNormalized();
+    const Vector3f& local = sample.normal;
+    fragment.normal = Normalised(tangent * local.x() + bitangent * local.y() + fragment.smooth * local.z());
   }
-  fragment.roughness = SampleScalar(material.roughness_map, uv, material.roughness);
-  fragment.specular = SampleScalar(material.specular_map, uv, 1);
+  fragment.roughness = sample.roughness;
+  fragment.specular = sample.specular;
   return fragment;
 }
 
@@ -249,16 +194,16 @@ float HeadRenderer::Meet(const LitHead& lit, const Ray& ray, const RayHit& found
 Vector3f HeadRenderer::Shade(const LitHead& lit, const Fragment& fragment) const {
   const Material& material = head_.surfaces()[fragment.surface].material;
   const float scale = 1 / fragment.share;
-  const Vector3f normal = fragment.normal.stableNormalized(), smooth = fragment.smooth.stableNormalized();
+  const Vector3f normal = Normalised(fragment.normal), smooth = Normalised(fragment.smooth);
   LightQuery query;
   for (int k = 0; k < 3; ++k) {
-    query.visibility[k] = lit.visibility[fragment.surface].data() +
-                          static_cast<size_t>(fragment.corners[k]) * static_cast<size_t>(lights_.size());
+    query.visible[k] = lit.visible[fragment.surface].data() +
+                       static_cast<size_t>(fragment.corners[k]) * static_cast<size_t>(lights_.groups());
     query.weights[k] = fragment.weights[k];
   }
   for (int c = 0; c < 3; ++c) {
     query.wrap[c] = material.scatter[c];
-    query.diffuse_normal[c] = (normal + material.scatter[c] * (smooth - normal)).stableNormalized();
+    query.diffuse_normal[c] = Normalised(normal + material.scatter[c] * (smooth - normal));
   }
   query.normal = normal;
   query.view = fragment.view;
@@ -300,73 +245,115 @@ Vector3f HeadRenderer::Resolve(const LitHead& lit, const std::vector<Fragment>& 
   return colour;
 }
 
+// Pixels that the projections of all vertices span.
+HeadRenderer::PixelBox HeadRenderer::BoundingBox(const LitHead& lit, const Camera& camera) {
+  Eigen::Array2d low(1e30, 1e30), high(-1e30, -1e30);
+  for (const Vertices& positions : lit.positions) {
+    for (int v = 0; v < positions.rows(); ++v) {
+      const Eigen::Vector3d world = positions.row(v).transpose().cast<double>();
+      // A head around the camera covers everything.
+      if ((camera.cam_from_world * world).z() < 1) return {0, camera.width, 0, camera.height};
+      const Eigen::Array2d pixel = camera.Project(world).array();
+      low = low.min(pixel);
+      high = high.max(pixel);
+    }
+  }
+  PixelBox box;
+  box.x0 = static_cast<int>(std::clamp(std::floor(low.x()), 0.0, static_cast<double>(camera.width)));
+  box.y0 = static_cast<int>(std::clamp(std::floor(low.y()), 0.0, static_cast<double>(camera.height)));
+  box.x1 = static_cast<int>(std::clamp(std::ceil(high.x()), 0.0, static_cast<double>(camera.width)));
+  box.y1 = static_cast<int>(std::clamp(std::ceil(high.y()), 0.0, static_cast<double>(camera.height)));
+  return box;
+}
+
+// Traces one small block of pixels, [x0, x1) x [y0, y1), and writes it.
+void HeadRenderer::RenderBlock(const LitHead& lit, const Lens& lens, const PixelBox& block, Scratch* scratch,
+                               HeadPicture* picture) const {
+  const size_t samples = lens.positions.size();
+  const float share = 1.0f / static_cast<float>(samples);
+  const bool full = options_.shading == Shading::kFull;
+  auto& [rays, packet, hits, open, going_on, fragments] = *scratch;
+  rays.clear();
+  going_on.clear();
+  size_t pixels = 0;
+  for (int y = block.y0; y < block.y1; ++y) {
+    for (int x = block.x0; x < block.x1; ++x, ++pixels) {
+      if (fragments.size() <= pixels) fragments.emplace_back();
+      fragments[pixels].clear();
+      for (const Eigen::Vector2d& position : lens.positions) {
+        const Eigen::Vector3d direction = lens.unproject * Eigen::Vector3d(x + position.x(), y + position.y(), 1);
+        going_on.push_back(static_cast<int>(rays.size()));
+        rays.push_back({lens.origin, direction.normalized().cast<float>()});
+      }
+    }
+  }
+  open.assign(rays.size(), 1);
+  for (int layer = 0; layer < kMostLayers && !going_on.empty(); ++layer) {
+    size_t kept = 0;
+    for (size_t begin = 0; begin < going_on.size(); begin += kPacket) {
+      const size_t count = std::min(kPacket, going_on.size() - begin);
+      packet.clear();
+      for (size_t i = begin; i < begin + count; ++i) packet.push_back(rays[static_cast<size_t>(going_on[i])]);
+      hits.resize(count);
+      lit.scene.Intersect16(packet, hits);
+      // Texels lie all over memory: ask for all before using the first.
+      for (const RayHit& hit : hits) {
+        if (hit.mesh >= 0) maps_[static_cast<size_t>(hit.mesh)].Prefetch(TextureCoordinate(hit));
+      }
+      for (size_t i = 0; i < count; ++i) {
+        if (hits[i].mesh < 0) continue;
+        const int index = going_on[begin + i];
+        const auto r = static_cast<size_t>(index);
+        open[r] = Meet(lit, rays[r], hits[i], open[r], share, &fragments[r / samples]);
+        if (open[r] < kLeastOpen) continue;
+        rays[r].t_min = hits[i].t + kStepMm;
+        going_on[kept++] = index;
+      }
+    }
+    going_on.resize(kept);
+  }
+  size_t pixel = 0;
+  for (int y = block.y0; y < block.y1; ++y) {
+    for (int x = block.x0; x < block.x1; ++x, ++pixel) {
+      if (fragments[pixel].empty()) continue;
+      float coverage = 0;
+      for (size_t i = 0; i < samples; ++i) coverage += share * (1 - open[pixel * samples + i]);
+      const Vector3f colour = Resolve(lit, fragments[pixel]);
+      uint8_t* rgb = picture->rgb.at(x, y);
+      for (int c = 0; c < 3; ++c) {
+        const float value = std::clamp(colour[c], 0.0f, 1.0f);
+        rgb[c] = static_cast<uint8_t>(std::lround(255 * (full ? SrgbFromLinear(value) : value)));
+      }
+      // Sums of shares miss one half by rounding.
+      *picture->mask.at(x, y) = coverage >= 0.5f - 1e-4f ? 255 : 0;
+    }
+  }
+}
+
 HeadPicture HeadRenderer::Render(const LitHead& lit, const Camera& camera) const {
   LIKENESS_CHECK(lit.head == &head_);
   HeadPicture picture{ImageU8(camera.width, camera.height, 3), ImageU8(camera.width, camera.height, 1)};
   const PixelBox box = BoundingBox(lit, camera);
-  const std::vector<Eigen::Vector2d> positions = SamplePositions(options_.samples);
-  const Vector3f origin = camera.CentreInWorld().cast<float>();
-  // Direction through a pixel position (x, y): this times (x, y, 1).
-  const Eigen::Matrix3d unproject = camera.cam_from_world.rotation.transpose() * camera.intrinsics.inverse();
-  const float share = 1.0f / static_cast<float>(options_.samples);
-  const bool full = options_.shading == Shading::kFull;
-  constexpr size_t kPacket = 16;
+  picture.camera_rays = int64_t{options_.samples} * (box.x1 - box.x0) * (box.y1 - box.y0);
+  Lens lens;
+  lens.origin = camera.CentreInWorld().cast<float>();
+  lens.unproject = camera.cam_from_world.rotation.transpose() * camera.intrinsics.inverse();
+  lens.positions = SamplePositions(options_.samples);
+  // A block of pixels makes up a packet of rays, a tile of blocks keeps to one part of the head.
   const int samples = options_.samples;
-  const int pixels_at_once = std::max(1, static_cast<int>(kPacket) / samples);
-  ParallelFor(box.y1 - box.y0, [&](int64_t row) {
-    const int y = box.y0 + static_cast<int>(row);
-    // Of a few pixels: the rays, how much of each goes on, and which ones do.
-    std::vector<Ray> rays, packet;
-    std::vector<RayHit> hits;
-    std::vector<float> open;
-    std::vector<int> going_on;
-    std::vector<std::vector<Fragment>> fragments(static_cast<size_t>(pixels_at_once));
-    for (int first = box.x0; first < box.x1; first += pixels_at_once) {
-      const int end = std::min(first + pixels_at_once, box.x1);
-      rays.clear();
-      going_on.clear();
-      for (int x = first; x < end; ++x) {
-        fragments[static_cast<size_t>(x - first)].clear();
-        for (const Eigen::Vector2d& position : positions) {
-          const Eigen::Vector3d direction = unproject * Eigen::Vector3d(x + position.x(), y + position.y(), 1);
-          going_on.push_back(static_cast<int>(rays.size()));
-          rays.push_back({origin, direction.normalized().cast<float>()});
-        }
-      }
-      open.assign(rays.size(), 1);
-      for (int layer = 0; layer < kMostLayers && !going_on.empty(); ++layer) {
-        size_t kept = 0;
-        for (size_t begin = 0; begin < going_on.size(); begin += kPacket) {
-          const size_t count = std::min(kPacket, going_on.size() - begin);
-          packet.clear();
-          for (size_t i = begin; i < begin + count; ++i) packet.push_back(rays[static_cast<size_t>(going_on[i])]);
-          hits.resize(count);
-          lit.scene.Intersect16(packet, hits);
-          for (size_t i = 0; i < count; ++i) {
-            if (hits[i].mesh < 0) continue;
-            const int index = going_on[begin + i];
-            const auto r = static_cast<size_t>(index);
-            open[r] = Meet(lit, rays[r], hits[i], open[r], share, &fragments[r / positions.size()]);
-            if (open[r] < kLeastOpen) continue;
-            rays[r].t_min = hits[i].t + kStepMm;
-            going_on[kept++] = index;
-          }
-        }
-        going_on.resize(kept);
-      }
-      for (int x = first; x < end; ++x) {
-        const auto pixel = static_cast<size_t>(x - first);
-        if (fragments[pixel].empty()) continue;
-        float coverage = 0;
-        for (size_t i = 0; i < positions.size(); ++i) coverage += share * (1 - open[pixel * positions.size() + i]);
-        const Vector3f colour = Resolve(lit, fragments[pixel]);
-        uint8_t* rgb = picture.rgb.at(x, y);
-        for (int c = 0; c < 3; ++c) {
-          const float value = std::clamp(colour[c], 0.0f, 1.0f);
-          rgb[c] = static_cast<uint8_t>(std::lround(255 * (full ? SrgbFromLinear(value) : value)));
-        }
-        // Sums of shares miss one half by rounding.
-        *picture.mask.at(x, y) = coverage >= 0.5f - 1e-4f ? 255 : 0;
+  const int block_width = samples == 1 || samples == 2 ? 4 : samples <= 8 ? 2 : 1;
+  const int block_height = samples == 1 ? 4 : samples <= 4 ? 2 : 1;
+  constexpr int kTile = 32;
+  const int across = (box.x1 - box.x0 + kTile - 1) / kTile, down = (box.y1 - box.y0 + kTile - 1) / kTile;
+  ParallelFor(int64_t{across} * down, [&](int64_t index) {
+    const int left = box.x0 + static_cast<int>(index % across) * kTile;
+    const int top = box.y0 + static_cast<int>(index / across) * kTile;
+    const int right = std::min(left + kTile, box.x1), bottom = std::min(top + kTile, box.y1);
+    Scratch scratch;
+    for (int y = top; y < bottom; y += block_height) {
+      for (int x = left; x < right; x += block_width) {
+        const PixelBox block = {x, std::min(x + block_width, right), y, std::min(y + block_height, bottom)};
+        RenderBlock(lit, lens, block, &scratch, &picture);
       }
     }
   });

@@ -2,11 +2,13 @@
 
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "likeness/geometry/camera.h"
 #include "likeness/image/image.h"
 #include "likeness/simulate/lit_head.h"
+#include "likeness/simulate/material_maps.h"
 
 namespace likeness {
 
@@ -23,8 +25,9 @@ struct ShadingOptions {
 };
 
 struct HeadPicture {
-  ImageU8 rgb;   // sRGB-encoded, black where there is no head
-  ImageU8 mask;  // 1 channel: 255 where the head covers at least half of the pixel, else 0
+  ImageU8 rgb;              // sRGB-encoded, black where there is no head
+  ImageU8 mask;             // 1 channel: 255 where the head covers at least half of the pixel, else 0
+  int64_t camera_rays = 0;  // traced: the samples of all pixels in the head's bounding box
 };
 
 // Each sample of a pixel finds its surface, colour and relief; the lights are added up once for the samples that share
@@ -45,7 +48,17 @@ class HeadRenderer {
 
  private:
   struct Fragment;
+  struct Lens;
+  struct Scratch;
+  struct PixelBox {
+    int x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // [x0, x1) x [y0, y1)
+  };
+  using CornerUvs = std::array<Eigen::Vector2f, 3>;
 
+  static PixelBox BoundingBox(const LitHead& lit, const Camera& camera);
+  void RenderBlock(const LitHead& lit, const Lens& lens, const PixelBox& block, Scratch* scratch,
+                   HeadPicture* picture) const;
+  Eigen::Vector2f TextureCoordinate(const RayHit& found) const;
   float Meet(const LitHead& lit, const Ray& ray, const RayHit& found, float open, float share,
              std::vector<Fragment>* fragments) const;
   Fragment MakeFragment(const LitHead& lit, const Ray& ray, const RayHit& found) const;
@@ -54,6 +67,9 @@ class HeadRenderer {
 
   const Head& head_;
   LightTable lights_;
+  // Of each surface:
+  std::vector<MaterialMaps> maps_;
+  std::vector<std::vector<CornerUvs>> corner_uvs_;  // of each triangle
   ShadingOptions options_;
 };
 

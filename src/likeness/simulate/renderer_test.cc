@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -164,9 +165,9 @@ double ReferenceGgx(const Vector3d& n, const Vector3d& l, const Vector3d& v, dou
   return d * f * visibility;
 }
 
-LightQuery Query(const std::vector<uint8_t>& visibility, const Vector3d& view, float alpha, float f0) {
+LightQuery Query(const std::vector<uint16_t>& visible, const Vector3d& view, float alpha, float f0) {
   LightQuery query;
-  for (int k = 0; k < 3; ++k) query.visibility[k] = visibility.data();
+  for (int k = 0; k < 3; ++k) query.visible[k] = visible.data();
   query.normal = Vector3f::UnitZ();
   for (Vector3f& n : query.diffuse_normal) n = query.normal;
   query.view = view.cast<float>();
@@ -178,11 +179,11 @@ TEST(LightSumTest, SumsAgreeWithTheEquations) {
   const LightRig rig = EvenLights(60);
   const LightTable table(rig);
   Random random(3);
-  std::vector<uint8_t> visibility(table.size());
-  for (uint8_t& v : visibility) v = static_cast<uint8_t>(random.Below(256));
+  std::vector<uint16_t> visible(table.groups());
+  for (uint16_t& v : visible) v = static_cast<uint16_t>(random.Below(1 << 16));
   for (const float alpha : {0.05f, 0.25f, 0.9f}) {
     const Vector3d view = Vector3d(0.5, -0.2, 0.7).normalized();
-    LightQuery query = Query(visibility, view, alpha, 0.04f);
+    LightQuery query = Query(visible, view, alpha, 0.04f);
     query.coat = {0.1f, 0.02f};
     query.has_coat = true;
     query.wrap[0] = 0.5f;
@@ -190,7 +191,7 @@ TEST(LightSumTest, SumsAgreeWithTheEquations) {
     double specular = 0, coat = 0, red = 0, green = 0;
     for (int i = 0; i < table.size(); ++i) {
       const Vector3d l = table.Direction(i).cast<double>();
-      const double strength = table.Irradiance(i) * visibility[i] / 255.0;
+      const double strength = table.Irradiance(i) * (visible[i / LightTable::kGroup] >> i % LightTable::kGroup & 1);
       specular += strength * ReferenceGgx(Vector3d::UnitZ(), l, view, alpha, 0.04f) * l.z();
       coat += strength * ReferenceGgx(Vector3d::UnitZ(), l, view, 0.1f, 0.02f) * l.z();
       red += strength * std::max(0.0, l.z() + 0.5) / 2.25 / kPi;
@@ -209,11 +210,11 @@ TEST(LightSumTest, SpecularLayersDoNotMakeLight) {
   LightRig rig = EvenLights(4096);
   for (Light& light : rig.lights) light.irradiance = static_cast<float>(4 * kPi / 4096);  // radiance 1 all around
   const LightTable table(rig);
-  const std::vector<uint8_t> visibility(table.size(), 255);
+  const std::vector<uint16_t> visible(table.groups(), 0xffff);
   for (const double tilt : {0.0, 0.7, 1.2}) {
     const Vector3d view(std::sin(tilt), 0, std::cos(tilt));
     for (const float alpha : {0.2f, 0.5f, 1.0f}) {
-      const float reflected = SumLights(table, Query(visibility, view, alpha, 1)).specular;
+      const float reflected = SumLights(table, Query(visible, view, alpha, 1)).specular;
       EXPECT_LT(reflected, 1.01f) << "alpha " << alpha << " tilt " << tilt;
       if (tilt == 0 && alpha == 1) {
         EXPECT_NEAR(reflected, 1 - std::log(2.0), 2e-3);
@@ -227,14 +228,14 @@ TEST(LightSumTest, SpecularLayersDoNotMakeLight) {
 
 TEST(LightSumTest, LightAndViewMayBeExchanged) {
   Random random(5);
-  const std::vector<uint8_t> visibility(LightTable::kGroup, 255);
+  const std::vector<uint16_t> visible = {0xffff};
   for (int trial = 0; trial < 100; ++trial) {
     const auto direction = [&] {
       return Vector3d(random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(0.1, 1)).normalized();
     };
     const Vector3d a = direction(), b = direction();
     const auto reflectance = [&](const Vector3d& light, const Vector3d& view) {
-      return SumLights(LightTable(OneLight(light, 1)), Query(visibility, view, 0.3f, 0.04f)).specular / light.z();
+      return SumLights(LightTable(OneLight(light, 1)), Query(visible, view, 0.3f, 0.04f)).specular / light.z();
     };
     EXPECT_NEAR(reflectance(a, b), reflectance(b, a), 1e-4 * reflectance(a, b));
   }
@@ -303,11 +304,11 @@ TEST(RendererTest, ACavityIsDarkerThanTheOpen) {
   // Skin vertices by how far they lie behind the lips, near the middle of the mouth.
   double deep = 0, open = 0;
   int deep_count = 0, open_count = 0;
-  const int lights = static_cast<int>(lit.visibility[0].size() / lit.positions[0].rows());
+  const int groups = static_cast<int>(lit.visible[0].size() / lit.positions[0].rows());
   for (int v = 0; v < lit.positions[0].rows(); ++v) {
     const Eigen::RowVector3f p = lit.positions[0].row(v);
     double seen = 0;
-    for (int i = 0; i < lights; ++i) seen += lit.visibility[0][static_cast<size_t>(v) * lights + i] / 255.0;
+    for (int i = 0; i < groups; ++i) seen += std::popcount(lit.visible[0][static_cast<size_t>(v) * groups + i]);
     if (std::abs(p.x()) < 20 && p.y() < -20 && p.y() > -80 && p.z() > 30 && p.z() < 60) deep += seen, ++deep_count;
     if (std::abs(p.x()) < 40 && p.y() > 40 && p.z() > 50) open += seen, ++open_count;
   }

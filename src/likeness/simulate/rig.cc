@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRadians = std::numbers::pi / 180;
-constexpr double kFilled = 0.84;
+constexpr double kFilled = 0.84, kMostFilled = 0.95;
+const double kFullFrameDiagonalMm = std::hypot(36.0, 24.0);
 
 // Points spread evenly, by area, over the part of the sphere.
 std::vector<Vector3d> AreaPoints(const RigOptions& options, int count) {
@@ -103,6 +104,9 @@ void RigOptions::Check() const {
   if (!(distance_mm >= 300 && distance_mm <= 100000)) {
     throw Error("cameras stand 300 to 100000 mm away, not {}", distance_mm);
   }
+  if (!(lens_mm == 0 || (lens_mm >= 5 && lens_mm <= 2000))) {
+    throw Error("lenses are 5 to 2000 mm long (0: as the head needs), not {}", lens_mm);
+  }
   if (!(most_azimuth > 0 && most_azimuth <= 180 && lowest_elevation < highest_elevation && lowest_elevation > -80 &&
         highest_elevation < 80)) {
     throw Error("the cameras' azimuth must lie in 0 to 180 degrees and their elevation in -80 to 80");
@@ -130,8 +134,18 @@ Rig MakeRig(const RigOptions& options, const Vertices& head_in_world) {
     }
     rig.cameras.push_back(std::move(camera));
   }
+  double focal_px = kFilled / most;
+  if (options.lens_mm > 0) {
+    const double diagonal_px = std::hypot(options.width, options.height);
+    focal_px = options.lens_mm / kFullFrameDiagonalMm * diagonal_px;
+    if (focal_px > kMostFilled / most) {
+      throw Error("the head does not fit into images of a {} mm lens at {} mm: take {:.0f} mm or less, or step back",
+                  options.lens_mm, options.distance_mm,
+                  std::floor(kFilled / most / diagonal_px * kFullFrameDiagonalMm));
+    }
+  }
   for (Camera& camera : rig.cameras) {
-    camera.intrinsics(0, 0) = camera.intrinsics(1, 1) = kFilled / most;
+    camera.intrinsics(0, 0) = camera.intrinsics(1, 1) = focal_px;
   }
   for (const size_t i : ChooseHeldOut(directions, options.held_out_cameras)) {
     rig.held_out.push_back(rig.cameras[i].name);

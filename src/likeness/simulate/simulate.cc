@@ -15,23 +15,28 @@
 #include "likeness/capture/writer.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/simulate/live_link.h"
-#include "likeness/simulate/open_head.h"
 #include "likeness/simulate/performance.h"
 
 namespace likeness {
 namespace {
 
 // All that the files depend on.
-nlohmann::json DescribeOptions(const SimulateOptions& o, const OpenedHead& head) {
+nlohmann::json DescribeOptions(const SimulateOptions& o, const OpenedHead& head, const std::string& rig_for) {
+  const std::string performance = !o.performance.empty()      ? fmt::format("{:016x}", Hash(ReadFile(o.performance)))
+                                  : o.script == Script::kFull ? "built-in, full"
+                                                              : "built-in";
+  const ImperfectionOptions& i = o.imperfections;
   nlohmann::json description = {
       {"head", o.head},
       {"head-recipe", head.recipe},
-      {"performance", o.performance.empty() ? "built-in" : fmt::format("{:016x}", Hash(ReadFile(o.performance)))},
+      {"performance", performance},
       {"frames", o.frames},
       {"cameras", o.rig.cameras},
       {"held-out-cameras", o.rig.held_out_cameras},
       {"width", o.rig.width},
       {"height", o.rig.height},
+      {"lens-mm", o.rig.lens_mm},
+      {"rig-for", rig_for},
       {"distance-mm", o.rig.distance_mm},
       {"most-azimuth", o.rig.most_azimuth},
       {"lowest-elevation", o.rig.lowest_elevation},
@@ -41,6 +46,14 @@ nlohmann::json DescribeOptions(const SimulateOptions& o, const OpenedHead& head)
       {"lights", o.lights},
       {"exposure", o.exposure},
       {"seed", o.seed},
+      {"tracking-noise-mm", i.tracking_noise_mm},
+      {"tracking-smoothing", i.tracking_smoothing},
+      {"calibration-error-px", i.calibration_error_px},
+      {"lens-blur-px", i.lens_blur_px},
+      {"exposure-flicker", i.exposure_flicker},
+      {"sensor-noise", i.sensor_noise},
+      {"colour-gain", i.colour_gain},
+      {"colour-bias", i.colour_bias},
   };
   return description;
 }
@@ -117,9 +130,27 @@ std::string DescribeLights(const LightRig& rig) {
   return text;
 }
 
+std::string DescribeImperfections(const Imperfections& imperfections, const Rig& rig, const std::vector<Shot>& shots) {
+  nlohmann::ordered_json json = {{"cameras", nlohmann::ordered_json::object()},
+                                 {"exposures", nlohmann::ordered_json::array()}};
+  for (const Camera& camera : rig.cameras) {
+    Eigen::Array3d gain, bias;
+    imperfections.Colours(camera.name, &gain, &bias);
+    json["cameras"][camera.name] = {{"gain", {gain[0], gain[1], gain[2]}}, {"bias", {bias[0], bias[1], bias[2]}}};
+  }
+  for (const Shot& shot : shots) {
+    json["exposures"].push_back({shot.id.segment, shot.id.frame, imperfections.Exposure(shot.id)});
+  }
+  return json.dump() + "\n";
+}
+
 bool HasTracked(const CaptureLayout& layout, const FrameId& id) {
   return std::filesystem::exists(layout.MeshBinary(id)) && std::filesystem::exists(layout.MeshObj(id)) &&
          std::filesystem::exists(layout.HeadPose(id));
+}
+
+bool HasTrackedTruth(const CaptureLayout& truth, const FrameId& id) {
+  return std::filesystem::exists(truth.MeshBinary(id)) && std::filesystem::exists(truth.HeadPose(id));
 }
 
 std::vector<const Camera*> MissingCameras(const CaptureLayout& layout, const FrameId& id, const Rig& rig) {
@@ -133,34 +164,84 @@ std::vector<const Camera*> MissingCameras(const CaptureLayout& layout, const Fra
   return missing;
 }
 
+// Whether memory suffices for an image on every thread.
+bool FitAtOnce(const RigOptions& rig) {
+  constexpr int64_t kMostBytes = int64_t{1} << 30, kBytesPerPixel = 10;  // image and mask, and those as PNG
+  return int64_t{rig.width} * rig.height * kBytesPerPixel * ThreadCount() <= kMostBytes;
+}
+
+Performance Perform(const SimulateOptions& options) {
+  if (!options.performance.empty()) {
+    return PerformanceFromRecording(ReadLiveLink(options.performance), options.frames, options.seed);
+  }
+  return options.script == Script::kFull ? FullPerformance(options.frames, options.seed)
+                                         : BuiltInPerformance(options.frames, options.seed);
+}
+
 }  // namespace
 
 void SimulateOptions::Check() const {
   if (out.empty()) throw Error("a simulated capture needs a folder to go to");
   if (frames < 2) throw Error("a capture takes 2 frames or more, not {}", frames);
   if (!(exposure > 0 && exposure < 100)) throw Error("the exposure lies between 0 and 100, not at {}", exposure);
+  if (shards < 1 || shard < 1 || shard > shards) throw Error("there is no shard {} of {}", shard, shards);
   rig.Check();
   render.Check();
+  imperfections.Check();
+}
+
+SimulateOptions SimulatePreset(const std::string& name) {
+  SimulateOptions options;
+  if (name == "demo") return options;
+  if (name == "small") {
+    options.frames = 12;
+    options.rig.cameras = 6;
+    options.rig.held_out_cameras = 2;
+    options.rig.width = 256;
+    options.rig.height = 384;
+    options.lights = 60;
+    return options;
+  }
+  if (name == "paper") {
+    options.script = Script::kFull;
+    options.frames = 3460;  // 20 for each segment
+    options.rig.cameras = 40;
+    options.rig.held_out_cameras = 8;
+    options.rig.width = 5120;
+    options.rig.height = 3840;
+    options.rig.lens_mm = 50;
+    options.rig.most_azimuth = 90;
+    options.rig.lowest_elevation = -40;
+    options.rig.highest_elevation = 60;
+    return options;
+  }
+  throw Error("there is no preset '{}', expected demo, small or paper", name);
 }
 
 SimulateResult Simulate(const SimulateOptions& options) {
   options.Check();
+  const OpenedHead opened = OpenHead(options.head, options.head_data, options.shape_map);
+  const PosedHead neutral = opened.head->Pose(std::array<float, kExpressionCount>{});
+  return SimulateHead(options, opened, MakeRig(options.rig, neutral.tracked), "");
+}
+
+SimulateResult SimulateHead(const SimulateOptions& options, const OpenedHead& opened, const Rig& rig,
+                            const std::string& rig_for) {
+  options.Check();
   const CaptureWriter writer(options.out);
   const CaptureLayout& layout = writer.layout();
-  const OpenedHead opened = OpenHead(options.head, options.head_data, options.shape_map);
+  const CaptureWriter truth(layout.Truth());
   const Head& head = *opened.head;
-  const nlohmann::json description = DescribeOptions(options, opened);
+  const nlohmann::json description = DescribeOptions(options, opened, rig_for);
   const std::filesystem::path description_path = layout.Truth() / "options.json";
   CheckSameOptions(description_path, description);
 
-  const Performance performance =
-      options.performance.empty()
-          ? BuiltInPerformance(options.frames, options.seed)
-          : PerformanceFromRecording(ReadLiveLink(options.performance), options.frames, options.seed);
+  const Performance performance = Perform(options);
   const std::vector<Shot> shots = ListShots(performance);
   const PosedHead neutral = head.Pose(std::array<float, kExpressionCount>{});
-  const Rig rig = MakeRig(options.rig, neutral.tracked);
   const LightRig lights = EvenLights(options.lights, options.exposure);
+  const ImperfectionOptions& flaws = options.imperfections;
+  const Imperfections imperfections(flaws, options.seed, head.tracked_topology(), neutral.tracked);
 
   WriteFile(description_path, description.dump(2) + "\n");
   WriteFile(layout.Truth() / "performance.csv", DescribePerformance(shots));
@@ -168,7 +249,13 @@ SimulateResult Simulate(const SimulateOptions& options) {
   if (!opened.recipe.empty()) WriteFile(layout.Truth() / "head.toml", opened.recipe);
   WriteFileWith(layout.Truth() / "neutral.obj",
                 [&](const std::filesystem::path& path) { WriteObj(path, neutral.tracked, head.tracked_topology()); });
-  writer.WriteCalibration(rig.cameras);
+  if (flaws.OfImages()) {
+    WriteFile(layout.Truth() / "imperfections.json", DescribeImperfections(imperfections, rig, shots));
+  }
+  std::vector<Camera> calibrated;
+  for (const Camera& camera : rig.cameras) calibrated.push_back(imperfections.Calibrated(camera));
+  writer.WriteCalibration(calibrated);
+  if (flaws.calibration_error_px > 0) truth.WriteCalibration(rig.cameras);
   writer.WriteSplit(MakeSplit(rig, performance));
   std::vector<FrameId> ids;
   for (const Shot& shot : shots) ids.push_back(shot.id);
@@ -177,29 +264,46 @@ SimulateResult Simulate(const SimulateOptions& options) {
   SimulateResult result;
   result.cameras = static_cast<int>(rig.cameras.size());
   result.segments = static_cast<int>(performance.segments.size());
-  result.frames = static_cast<int>(shots.size());
+  std::vector<Shot> mine;
+  for (size_t i = static_cast<size_t>(options.shard) - 1; i < shots.size(); i += static_cast<size_t>(options.shards)) {
+    mine.push_back(shots[i]);
+  }
+  result.frames = static_cast<int>(mine.size());
   const HeadRenderer renderer(head, lights, options.render);
-  Progress progress("simulate " + options.head, static_cast<int64_t>(shots.size() * rig.cameras.size()), "images");
-  for (const Shot& shot : shots) {
+  Progress progress("simulate " + options.head, static_cast<int64_t>(mine.size() * rig.cameras.size()), "images");
+  for (const Shot& shot : mine) {
     const std::vector<const Camera*> missing = MissingCameras(layout, shot.id, rig);
     const int kept = result.cameras - static_cast<int>(missing.size());
     progress.Skip(kept);
     result.images_kept += kept;
-    if (missing.empty() && HasTracked(layout, shot.id)) continue;
+    if (missing.empty() && HasTracked(layout, shot.id) &&
+        (!flaws.OfMeshes() || HasTrackedTruth(truth.layout(), shot.id))) {
+      continue;
+    }
     const PosedHead posed = head.Pose(shot.frame->weights);
     const RigidTransform world_from_head = shot.frame->WorldFromHead();
     if (!missing.empty()) {
       const LitHead lit = renderer.Light(posed, world_from_head);
-      ParallelFor(static_cast<int64_t>(missing.size()), [&](int64_t i) {
-        const HeadPicture picture = renderer.Render(lit, *missing[i]);
-        writer.WriteHeadMask(shot.id, missing[i]->name, picture.mask);
-        writer.WriteImage(shot.id, missing[i]->name, picture.rgb);
+      const auto make = [&](int64_t i) {
+        HeadPicture picture = renderer.Render(lit, *missing[static_cast<size_t>(i)]);
+        const std::string& camera = missing[static_cast<size_t>(i)]->name;
+        imperfections.Photograph(shot.id, camera, &picture.rgb);
+        writer.WriteHeadMask(shot.id, camera, picture.mask);
+        writer.WriteImage(shot.id, camera, picture.rgb);
         progress.Advance();
-      });
+      };
+      const auto count = static_cast<int64_t>(missing.size());
+      if (FitAtOnce(options.rig)) {
+        ParallelFor(count, make);
+      } else {
+        for (int64_t i = 0; i < count; ++i) make(i);
+      }
       result.images_written += static_cast<int>(missing.size());
     }
-    writer.WriteObj(shot.id, posed.tracked, head.tracked_topology());
-    writer.WriteTracked(shot.id, {posed.tracked, world_from_head});
+    const Vertices tracked = imperfections.Tracked(posed.tracked, shot.frame->time_s);
+    if (flaws.OfMeshes()) truth.WriteTracked(shot.id, {posed.tracked, world_from_head});
+    writer.WriteObj(shot.id, tracked, head.tracked_topology());
+    writer.WriteTracked(shot.id, {tracked, world_from_head});
   }
   progress.Finish();
   return result;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "likeness/base/file.h"
 #include "likeness/base/log.h"
@@ -12,7 +13,9 @@
 #include "likeness/base/testing.h"
 #include "likeness/capture/layout.h"
 #include "likeness/image/image_io.h"
+#include "likeness/simulate/human/recipe.h"
 #include "likeness/simulate/open_head.h"
+#include "likeness/simulate/people.h"
 
 namespace likeness {
 namespace {
@@ -136,6 +139,129 @@ TEST(SimulateTest, FilesDoNotDependOnThreads) {
   Simulate(TinyOptions(scratch / "three"));
   SetThreadCount(0);
   EXPECT_EQ(FilesOf(scratch / "one"), FilesOf(scratch / "three"));
+}
+
+TEST(SimulateTest, ShardsAddUpToTheWhole) {
+  const ScratchFolder scratch;
+  SimulateOptions options = TinyOptions(scratch / "whole");
+  options.frames = 5;
+  options.imperfections.sensor_noise = 2;
+  options.imperfections.tracking_noise_mm = 1;
+  Simulate(options);
+  options.out = scratch / "parts";
+  options.shards = 3;
+  int frames = 0;
+  for (const int shard : {2, 1, 3}) {
+    options.shard = shard;
+    frames += Simulate(options).frames;
+  }
+  EXPECT_EQ(frames, 5);
+  EXPECT_EQ(FilesOf(scratch / "parts"), FilesOf(scratch / "whole"));
+  options.shard = 4;
+  EXPECT_THAT(ErrorOf([&] { Simulate(options); }), HasSubstr("no shard 4 of 3"));
+}
+
+TEST(SimulateTest, PresetsAreWhatTheySay) {
+  const SimulateOptions paper = SimulatePreset("paper");
+  EXPECT_EQ(paper.rig.cameras, 40);
+  EXPECT_EQ(paper.rig.held_out_cameras, 8);
+  EXPECT_EQ(paper.lights, 200);
+  EXPECT_EQ(paper.rig.width, 5120);
+  EXPECT_EQ(paper.rig.height, 3840);
+  EXPECT_EQ(paper.script, Script::kFull);
+  for (const char* name : {"demo", "small", "paper"}) SimulatePreset(name).Check();
+  EXPECT_THAT(ErrorOf([] { SimulatePreset("large"); }), HasSubstr("demo, small or paper"));
+  const Rig rig =
+      MakeRig(paper.rig, OpenHead("procedural", "").head->Pose(std::array<float, kExpressionCount>{}).tracked);
+  ASSERT_EQ(rig.cameras.size(), 40);
+  EXPECT_EQ(rig.held_out.size(), 8);
+  for (const Camera& camera : rig.cameras) {
+    // 50 mm on a sensor whose diagonal is 43.27 mm and 6400 pixels.
+    EXPECT_NEAR(camera.intrinsics(0, 0), 7396, 1);
+    EXPECT_GT(camera.CentreInWorld().z(), -60) << camera.name;
+  }
+}
+
+// Flaws of one kind, and what they must leave as it is.
+TEST(SimulateTest, ImperfectionsChangeTheirFilesOnlyAndKeepTheTruth) {
+  const ScratchFolder scratch;
+  SimulateOptions options = TinyOptions(scratch / "perfect");
+  options.frames = 2;
+  Simulate(options);
+  const auto perfect = FilesOf(options.out);
+  const auto changed = [&](const char* name, auto change) {
+    SimulateOptions flawed = options;
+    flawed.out = scratch / name;
+    change(&flawed.imperfections);
+    Simulate(flawed);
+    std::set<std::string> folders;
+    for (const auto& [path, bytes] : FilesOf(flawed.out)) {
+      const auto found = perfect.find(path);
+      if (path != "truth/options.json" && (found == perfect.end() || found->second != bytes)) {
+        folders.insert(path.starts_with("truth/") ? path.substr(0, path.find('/', 6)) : path.substr(0, path.find('/')));
+      }
+    }
+    return folders;
+  };
+  using Folders = std::set<std::string>;
+  EXPECT_EQ(changed("tracking", [](auto* i) { i->tracking_noise_mm = 1; }),
+            (Folders{"tracked_mesh", "truth/tracked_mesh"}));
+  EXPECT_EQ(changed("smoothing", [](auto* i) { i->tracking_smoothing = 5; }),
+            (Folders{"tracked_mesh", "truth/tracked_mesh"}));
+  EXPECT_EQ(changed("calibration", [](auto* i) { i->calibration_error_px = 1; }), (Folders{"KRT", "truth/KRT"}));
+  const Folders images = {"images", "truth/imperfections.json"};
+  EXPECT_EQ(changed("noise", [](auto* i) { i->sensor_noise = 3; }), images);
+  EXPECT_EQ(changed("gain", [](auto* i) { i->colour_gain = 0.1; }), images);
+  EXPECT_EQ(changed("bias", [](auto* i) { i->colour_bias = 5; }), images);
+  EXPECT_EQ(changed("flicker", [](auto* i) { i->exposure_flicker = 0.2; }), images);
+  EXPECT_EQ(changed("blur", [](auto* i) { i->lens_blur_px = 1; }), images);
+  const auto tracking = FilesOf(scratch / "tracking");
+  for (const auto& [path, bytes] : tracking) {
+    if (!path.starts_with("truth/tracked_mesh/")) continue;
+    EXPECT_EQ(bytes, perfect.at(path.substr(6))) << path;
+  }
+  EXPECT_EQ(ReadFile(scratch / "calibration" / "truth" / "KRT"), perfect.at("KRT"));
+}
+
+TEST(SimulatePeopleTest, DoTheSameBeforeTheSameRig) {
+  const ScratchFolder scratch;
+  SimulateOptions options = TinyOptions(scratch / "people");
+  options.frames = 2;
+  options.rig.cameras = 2;
+  const std::vector<Person> people = SimulatePeople(options, 3);
+  ASSERT_EQ(people.size(), 3);
+  const auto first = FilesOf(scratch / "people/person_1"), third = FilesOf(scratch / "people/person_3");
+  for (const auto& [path, bytes] : first) {
+    ASSERT_TRUE(third.contains(path)) << path;
+    const bool same = path == "KRT" || path == "frame_list.txt" || path == "split.json" || path == "truth/lights.csv" ||
+                      path == "truth/performance.csv" || path.ends_with("_transform.txt");
+    EXPECT_EQ(bytes == third.at(path), same) << path;
+  }
+  const auto a = OpenCapture(scratch / "people/person_1"), b = OpenCapture(scratch / "people/person_3");
+  EXPECT_EQ(a->topology().triangles, b->topology().triangles);
+  EXPECT_EQ(a->topology().triangle_uvs, b->topology().triangle_uvs);
+  EXPECT_NE(ErrorOf([&] { SimulatePeople(options, 1); }), "");
+  EXPECT_NE(ErrorOf([&] { SimulatePeople(options, 65); }), "");
+  options.head = "plain";
+  EXPECT_THAT(ErrorOf([&] { SimulatePeople(options, 2); }), HasSubstr("human:SEED"));
+}
+
+TEST(ChoosePeopleTest, EightAreDiverse) {
+  const std::vector<uint64_t> eight = ChoosePeople(8, 7), sixty = ChoosePeople(64, 7);
+  EXPECT_TRUE(std::equal(eight.begin(), eight.end(), sixty.begin()));
+  EXPECT_EQ(std::set<uint64_t>(sixty.begin(), sixty.end()).size(), 64);
+  int male = 0, african = 0, asian = 0, caucasian = 0, old = 0;
+  for (const uint64_t seed : eight) {
+    const HumanRecipe recipe = RecipeFromSeed(seed);
+    male += recipe.male > 0.5 ? 1 : 0;
+    african += recipe.african > 0.5 ? 1 : 0;
+    asian += recipe.asian > 0.5 ? 1 : 0;
+    caucasian += recipe.caucasian > 0.5 ? 1 : 0;
+    old += recipe.age > 0.3 ? 1 : 0;
+  }
+  EXPECT_TRUE(male >= 3 && male <= 5) << male;
+  EXPECT_TRUE(african >= 2 && asian >= 2 && caucasian >= 2) << african << " " << asian << " " << caucasian;
+  EXPECT_TRUE(old >= 2 && old <= 6) << old;
 }
 
 TEST(SimulateTest, WrongOptionsAreErrors) {

@@ -15,7 +15,8 @@ struct Sentence {
   std::string phonemes;  // ARPAbet symbols, parted by blanks; "_" is a pause
 };
 
-// The built-in sentences; the last one is meant to be held out. Its phonemes all occur in the others.
+// The 50 built-in sentences, of which short performances take the first few; the last ten are meant to be held out.
+// Their phonemes all occur in the others.
 const std::vector<Sentence>& BuiltInSentences();
 
 double SentenceDuration(const Sentence& sentence);  // seconds
