@@ -28,7 +28,7 @@ struct Breakage {
   std::function<void(Patient*)> apply;
   std::set<std::string> also;  // codes that may be found besides, as they follow from it
   std::string where;           // must be part of the finding's `where`; "" for anywhere
-  bool pictures = false;       // needs human detail as well as procedural: judged by pictures
+  bool pictures = false;       // told by pictures: tried on a human head as well
 };
 
 // `has_textures`: those of textures and statistics, else all others.

@@ -32,14 +32,30 @@ class PoseCheck {
     }
   }
 
-  void Run() {
-    std::vector<FitScore> scores;
-    for (const int f : frames_) {
-      looks_.push_back(LooksAt(e_, {f}, cameras_));
-      scores.push_back(Score(looks_.size() - 1, frame(looks_.size() - 1).world_from_head));
+  // All poses are one, though the head moves in the pictures.
+  bool FindAbsent() {
+    if (frames_.size() < 3) return false;
+    for (size_t i = 1; i < frames_.size(); ++i) {
+      if (Distance(frame(i).world_from_head, frame(0).world_from_head) > 0.05) return false;
     }
+    const std::vector<FitScore> scores = ScoreAll();
+    size_t worst = 0;
+    for (size_t i = 1; i < scores.size(); ++i) {
+      if (scores[i].Total() < scores[worst].Total()) worst = i;
+    }
+    const auto [pose, score] = Refine(worst, frame(worst).world_from_head);
+    if (score.Total() < scores[worst].Total() + kLeastGain) return false;
+    if (Distance(pose, frame(worst).world_from_head) < 4) return false;
+    Tell(
+        "head-pose-absent", worst, "all head poses are the same, but the head moves in the pictures: poses are missing",
+        "write each frame's own pose, [R | t] from head to world, into its _transform.txt", scores[worst], score, pose);
+    e_.report.findings.back().where = "head poses, all frames";
+    return true;
+  }
+
+  void Run() {
+    const std::vector<FitScore> scores = ScoreAll();
     if (scores.empty()) return;
-    if (FindAbsent(scores)) return;
     std::vector<double> totals;
     for (const FitScore& score : scores) totals.push_back(score.Total());
     std::nth_element(totals.begin(), totals.begin() + static_cast<std::ptrdiff_t>(totals.size() / 2), totals.end());
@@ -51,6 +67,15 @@ class PoseCheck {
 
  private:
   ExaminedFrame& frame(size_t i) { return e_.frames[static_cast<size_t>(frames_[i])]; }
+
+  std::vector<FitScore> ScoreAll() {
+    std::vector<FitScore> scores;
+    for (const int f : frames_) {
+      looks_.push_back(LooksAt(e_, {f}, cameras_));
+      scores.push_back(Score(looks_.size() - 1, frame(looks_.size() - 1).world_from_head));
+    }
+    return scores;
+  }
 
   FitScore Score(size_t i, const RigidTransform& pose) {
     Hypothesis hypothesis;
@@ -94,27 +119,6 @@ class PoseCheck {
     corrected.pose = [pose](const RigidTransform&) { return pose; };
     finding.draw = DrawLooks(e_, looks_[i], corrected, "as the file says", "corrected");
     frame(i).world_from_head = pose;
-  }
-
-  // All poses are one, though the head moves in the pictures.
-  bool FindAbsent(const std::vector<FitScore>& scores) {
-    if (frames_.size() < 3) return false;
-    for (size_t i = 1; i < frames_.size(); ++i) {
-      if (Distance(frame(i).world_from_head, frame(0).world_from_head) > 0.05) return false;
-    }
-    size_t worst = 0;
-    for (size_t i = 1; i < scores.size(); ++i) {
-      if (scores[i].Total() < scores[worst].Total()) worst = i;
-    }
-    const auto [pose, score] = Refine(worst, frame(worst).world_from_head);
-    if (score.Total() < scores[worst].Total() + kLeastGain) return false;
-    const double moved = Distance(pose, frame(worst).world_from_head);
-    if (moved < 4) return false;
-    Tell(
-        "head-pose-absent", worst, "all head poses are the same, but the head moves in the pictures: poses are missing",
-        "write each frame's own pose, [R | t] from head to world, into its _transform.txt", scores[worst], score, pose);
-    e_.report.findings.back().where = "head poses, all frames";
-    return true;
   }
 
   void Explain(size_t i, const FitScore& now, double usual) {
@@ -177,6 +181,11 @@ class PoseCheck {
 };
 
 }  // namespace
+
+void CheckPosesPresent(Examination* e) {
+  // Without poses nothing finer can be told.
+  if (e->placed && PoseCheck(e).FindAbsent()) e->placed = false;
+}
 
 void CheckHeadPoses(Examination* e) {
   if (e->placed) PoseCheck(e).Run();

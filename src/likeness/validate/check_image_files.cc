@@ -195,6 +195,8 @@ void CheckDuplicates(Examination* e, const std::vector<ImageFile>& files) {
   std::set<std::string> copied_cameras;
   for (const auto& [hash, group] : by_hash) {
     if (group.size() < 2 || IsUniform(group[0]->path)) continue;
+    // Which of them is in its place is not known.
+    for (const ImageFile* file : group) e->doubtful.insert({file->frame, file->camera});
     for (size_t i = 1; i < group.size(); ++i) {
       const std::string pair = fmt::format("{} = {}", NameOf(*e, *group[i]), NameOf(*e, *group[0]));
       if (group[i]->camera != group[0]->camera) {

@@ -147,6 +147,20 @@ const char* WhereOf(const Hypothesis& hypothesis) {
   return hypothesis.mesh.isIdentity(0) ? "head poses, all frames" : "meshes, all frames";
 }
 
+// Where all lengths share a wrong unit, everything fits, and only the head's size tells.
+void TellUnits(Examination* e, const std::vector<int>& frames) {
+  const double size = e->mesh_from_file.col(0).norm() * MeshSize(*e, frames);
+  if (UnitFromSize(size) == 1) return;
+  for (const Hypothesis& hypothesis : MeshHypotheses(size)) {
+    if (hypothesis.code != "units-capture") continue;
+    Finding& finding =
+        e->Found(hypothesis.code.c_str(), Severity::kMustFix, WhereOf(hypothesis), hypothesis.what, hypothesis.advice);
+    finding.evidence = fmt::format("the mesh measures {:.4g} from corner to corner; heads measure 200 to 600 mm", size);
+    finding.confidence = 0.9;
+    Correct(e, hypothesis);
+  }
+}
+
 }  // namespace
 
 void CheckPlacement(Examination* e) {
@@ -170,21 +184,36 @@ void CheckPlacement(Examination* e) {
     const auto add = [&](std::vector<Hypothesis> list) {
       std::move(list.begin(), list.end(), std::back_inserter(hypotheses));
     };
-    add(CameraHypotheses());
+    // Cameras that mirror are known already (check_calibration.cc); the pictures tell which axis it is.
+    const bool mirrors = std::any_of(e->cameras.begin(), e->cameras.end(), [](const Camera& camera) {
+      return camera.cam_from_world.rotation.determinant() < 0;
+    });
+    for (Hypothesis& hypothesis : CameraHypotheses()) {
+      if (mirrors != (hypothesis.code == "camera-axes-mirrored")) continue;
+      hypotheses.push_back(std::move(hypothesis));
+    }
     add(PoseHypotheses());
     if (score.Agreement() < kGoodAgreement || score.Inside() < kPoorInside) {
-      add(MeshHypotheses(e->mesh_from_file.cwiseAbs().maxCoeff() * MeshSize(*e, frames)));
+      add(MeshHypotheses(e->mesh_from_file.col(0).norm() * MeshSize(*e, frames)));
       add(WorldHypotheses());
     }
     const auto best = FindBest(*e, looks, hypotheses);
     if (!best) break;
-    Finding& finding = e->Found(best->hypothesis.code.c_str(), Severity::kMustFix, WhereOf(best->hypothesis),
-                                best->hypothesis.what, best->hypothesis.advice);
+    Finding* known = nullptr;
+    for (Finding& earlier : e->report.findings) {
+      if (mirrors && earlier.code == "rotation-mirrors") known = &earlier;
+    }
+    Finding& finding = known != nullptr ? *known
+                                        : e->Found(best->hypothesis.code.c_str(), Severity::kMustFix,
+                                                   WhereOf(best->hypothesis), "", best->hypothesis.advice);
+    finding.what = best->hypothesis.what;
+    finding.advice = best->hypothesis.advice;
     finding.evidence = DescribeGain(score, best->score);
     finding.confidence = ConfidenceOf(best->score.Total() - score.Total());
     finding.draw = DrawLooks(*e, looks, best->hypothesis, "as the files say", "corrected");
     Correct(e, best->hypothesis);
   }
+  TellUnits(e, frames);
   e->report.overlap = score.Overlap();
   e->report.agreement = score.Agreement();
   const bool off = score.views_with_foreground > 0 ? score.Inside() < kPoorInside && score.Agreement() < 0.3

@@ -110,6 +110,7 @@ class TextureCheck {
     Finding& finding = e_.Found(code, severity, seen.file, what, Redo());
     finding.evidence = evidence;
     finding.confidence = confidence;
+    e_.textures_fit = false;
     finding.draw = [stored = seen.stored, made = seen.made] {
       return SideBySide({{FitInto(stored, 512, 512), "stored"}, {FitInto(made, 512, 512), "unwrapped now"}});
     };
@@ -333,7 +334,7 @@ void CheckTextures(Examination* e) {
 }
 
 void CheckStatistics(Examination* e) {
-  if (e->SampledFrames().empty()) return;
+  if (e->SampledFrames().empty() || !e->textures_fit) return;
   CheckVertexStatistics(e, e->layout);
   // The root's are those of one of the sizes, which may have its own as well.
   for (const int size : TextureSizes(e->root)) {

@@ -20,12 +20,13 @@ void CheckExposure(Examination* e);  // black or overexposed
 void CheckMasks(Examination* e);     // inverted, empty, of another size, of another picture
 
 // Geometry against pictures.
-void CheckPlacement(Examination* e);  // mistakes that all cameras share: units, axes, inverses, resolution
-void CheckMeshSpace(Examination* e);  // handedness, which way is up, texture coordinates upside down
-void CheckTime(Examination* e);       // images a frame early or late, of all cameras or of one
-void CheckCameras(Examination* e);    // names exchanged, and mistakes of single cameras
-void CheckHeadPoses(Examination* e);  // frames whose pose is wrong
-void CheckColours(Examination* e);    // cameras with red and blue exchanged
+void CheckPlacement(Examination* e);     // mistakes that all cameras share: units, axes, inverses, resolution
+void CheckMeshSpace(Examination* e);     // handedness, which way is up, texture coordinates upside down
+void CheckPosesPresent(Examination* e);  // all poses alike though the head moves
+void CheckTime(Examination* e);          // images a frame early or late, of all cameras or of one
+void CheckCameras(Examination* e);       // names exchanged, and mistakes of single cameras
+void CheckHeadPoses(Examination* e);     // frames whose pose is wrong
+void CheckColours(Examination* e);       // cameras with red and blue exchanged
 
 // What was made from the capture.
 void CheckTextures(Examination* e);    // flipped, shifted, red and blue exchanged

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,7 +43,9 @@ class Examination {
   MeshTopology topology;                                         // no triangles when it could not be read
   Eigen::Matrix3d mesh_from_file = Eigen::Matrix3d::Identity();  // correction of all meshes: scale, axes
   std::vector<SurfacePoint> points;
-  bool placed = false;  // the mesh lies on the head in the pictures: finer checks make sense
+  std::set<std::pair<size_t, size_t>> doubtful;  // frame and camera of pictures that belong elsewhere: not looked at
+  bool textures_fit = true;                      // stored textures show what the cameras show
+  bool placed = false;                           // the mesh lies on the head in the pictures: finer checks make sense
   ValidationReport report;
 
   // Adds a finding. `where` is a path for files: it is shown relative to the root.

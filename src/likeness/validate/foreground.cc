@@ -45,21 +45,25 @@ void FillHoles(ImageU8* mask) {
   for (size_t i = 0; i < mask->values().size(); ++i) mask->values()[i] = outside.values()[i] != 0 ? 0 : 255;
 }
 
-// Means over squares of side 2 radius + 1, the border cut off.
+// Sums over squares of side 2 radius + 1, the border cut off.
 ImageF BoxSums(const ImageF& image, int radius) {
-  ImageF rows(image.width(), image.height(), 1), sums(image.width(), image.height(), 1);
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      float sum = 0;
-      for (int k = std::max(0, x - radius); k <= std::min(image.width() - 1, x + radius); ++k) sum += *image.at(k, y);
-      *rows.at(x, y) = sum;
+  const int width = image.width(), height = image.height();
+  ImageF rows(width, height, 1), sums(width, height, 1);
+  // Each line's running sum, in double so that taking away what was added leaves no trace.
+  for (int y = 0; y < height; ++y) {
+    double sum = 0;
+    for (int x = -radius; x < width; ++x) {
+      if (x + radius < width) sum += *image.at(x + radius, y);
+      if (x - radius - 1 >= 0) sum -= *image.at(x - radius - 1, y);
+      if (x >= 0) *rows.at(x, y) = static_cast<float>(sum);
     }
   }
-  for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) {
-      float sum = 0;
-      for (int k = std::max(0, y - radius); k <= std::min(image.height() - 1, y + radius); ++k) sum += *rows.at(x, k);
-      *sums.at(x, y) = sum;
+  for (int x = 0; x < width; ++x) {
+    double sum = 0;
+    for (int y = -radius; y < height; ++y) {
+      if (y + radius < height) sum += *rows.at(x, y + radius);
+      if (y - radius - 1 >= 0) sum -= *rows.at(x, y - radius - 1);
+      if (y >= 0) *sums.at(x, y) = static_cast<float>(sum);
     }
   }
   return sums;

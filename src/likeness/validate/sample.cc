@@ -91,7 +91,9 @@ void LoadSample(Examination* e) {
   ParallelFor(static_cast<int64_t>(loaded.size() * cameras), [&](int64_t k) {
     ExaminedFrame& frame = e->frames[loaded[static_cast<size_t>(k) / cameras]];
     const size_t camera = static_cast<size_t>(k) % cameras;
-    frame.views[camera] = e->ReadView(frame.id, e->cameras[camera]);
+    if (!e->doubtful.contains({loaded[static_cast<size_t>(k) / cameras], camera})) {
+      frame.views[camera] = e->ReadView(frame.id, e->cameras[camera]);
+    }
     progress.Advance();
   });
   progress.Finish();

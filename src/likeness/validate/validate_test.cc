@@ -56,7 +56,7 @@ class ValidateTest : public ::testing::Test {
     options.head = head;
     if (const auto data = HeadData()) options.head_data = *data;
     options.frames = 10;
-    options.rig.cameras = 6;
+    options.rig.cameras = 5;
     options.rig.held_out_cameras = 1;
     options.rig.width = 160;
     options.rig.height = 208;
