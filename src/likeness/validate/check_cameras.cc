@@ -138,6 +138,11 @@ class CameraCheck {
       }
     }
     if (best.gain == 0) return false;
+    if (best.a > best.b) {
+      std::swap(best.a, best.b);
+      best.before = now_[best.a];
+      best.after = FitWithPicturesOf(best.a, best.b);
+    }
     const std::string &a = e_.cameras[best.a].name, &b = e_.cameras[best.b].name;
     Finding& finding =
         e_.Found("cameras-exchanged", Severity::kMustFix, fmt::format("cameras {} and {}", a, b),

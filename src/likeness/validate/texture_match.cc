@@ -28,10 +28,18 @@ struct Detail {
   ImageU8 seen;
 };
 
+// Texels near the unseen are left out: there the surroundings are cut off alike in both textures.
 Detail DetailOf(const ImageU8& texture) {
-  Detail detail;
-  detail.seen = SeenMask(texture);
-  detail.contrast = LocalContrast(texture, detail.seen, std::max(3, texture.width() / 24));
+  const int size = texture.width(), radius = std::max(3, size / 24);
+  const ImageU8 seen = SeenMask(texture);
+  Detail detail = {LocalContrast(texture, seen, radius), ImageU8(size, size, 1)};
+  for (int y = radius; y < size - radius; ++y) {
+    for (int x = radius; x < size - radius; ++x) {
+      bool whole = true;
+      for (int k = 0; k < 9 && whole; ++k) whole = *seen.at(x + (k % 3 - 1) * radius, y + (k / 3 - 1) * radius) != 0;
+      if (whole) *detail.seen.at(x, y) = 255;
+    }
+  }
   return detail;
 }
 
@@ -125,8 +133,15 @@ TextureMatch MatchTextures(const ImageU8& stored, const ImageU8& made) {
   for (const TextureFlip flip :
        {TextureFlip::kNone, TextureFlip::kVertical, TextureFlip::kHorizontal, TextureFlip::kBoth}) {
     const Detail detail = DetailOf(Flipped(stored, flip));
-    const Correlation here = Correlate(detail, target, 0, 0);
-    if (flip == TextureFlip::kNone) match.correlation_as_stored = here.value;
+    Correlation here;
+    // A shift must not make a flip look better.
+    for (const int dy : {-2, 0, 2}) {
+      for (const int dx : {-2, 0, 2}) {
+        const Correlation there = Correlate(detail, target, dx, dy);
+        if (flip == TextureFlip::kNone && dx == 0 && dy == 0) match.correlation_as_stored = there.value;
+        if (there.texels > 0 && (here.texels == 0 || there.value > here.value)) here = there;
+      }
+    }
     if (here.value <= match.correlation + 0.02) continue;
     match.correlation = here.value, match.texels = here.texels, match.flip = flip;
     best = detail;
@@ -136,6 +151,7 @@ TextureMatch MatchTextures(const ImageU8& stored, const ImageU8& made) {
     return match;
   }
   // Coarse to fine: whole texels by correlation, the rest by gradients.
+  match.correlation = -2;
   for (int dy = -2; dy <= 2; ++dy) {
     for (int dx = -2; dx <= 2; ++dx) {
       const Correlation there = Correlate(best, target, dx, dy);
@@ -144,9 +160,9 @@ TextureMatch MatchTextures(const ImageU8& stored, const ImageU8& made) {
       best_x = dx, best_y = dy;
     }
   }
-  const Eigen::Vector2d rest = Displacement(best, target, best_x, best_y);
-  match.right = best_x + std::clamp(rest.x(), -1.0, 1.0);
-  match.down = best_y + std::clamp(rest.y(), -1.0, 1.0);
+  const Eigen::Vector2d rest = Displacement(best, target, best_x, best_y).cwiseMax(-1).cwiseMin(1);
+  match.right = best_x + rest.x();
+  match.down = best_y + rest.y();
 
   const ImageU8 upright = Flipped(stored, match.flip);
   double straight = 0, crossed = 0;

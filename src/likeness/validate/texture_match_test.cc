@@ -16,7 +16,7 @@ ImageU8 Picture(double right, double down) {
     for (int x = 0; x < 96; ++x) {
       if (x + y < 30) continue;
       const double u = x - right, v = y - down;
-      const double wave = std::sin(0.31 * u + 0.002 * u * v) + std::cos(0.23 * v + 0.004 * u * u);
+      const double wave = std::sin(0.31 * u + 0.001 * u * v) + std::cos(0.27 * v + 0.05 * u);
       for (int c = 0; c < 3; ++c) picture.at(x, y)[c] = static_cast<uint8_t>(120 + 30 * wave + 30 * (1 - c));
     }
   }
