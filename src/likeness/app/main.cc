@@ -25,8 +25,9 @@ struct VerbEntry {
 // In the order of the pipeline.
 const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
-    {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
     {"convert", RunConvert, "copies a capture, or a part of it, into the layout that is written"},
+    {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
+    {"validate", RunValidate, "finds what is wrong with a capture, and says what to do"},
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
