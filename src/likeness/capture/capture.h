@@ -66,6 +66,10 @@ class Capture {
   // None where the capture has no such file.
   virtual std::optional<ImageU8> ReadHeadMask(const FrameId& frame, const Camera& camera) const = 0;  // 255 = head
 
+  // 255 = the camera shows something there, in every frame (undistorted images have empty corners). None where all
+  // pixels do.
+  virtual std::optional<ImageU8> ReadValidMask(const Camera& camera) const;
+
   const Camera& FindCamera(const std::string& name) const;  // throws Error naming the nearest known one
   std::vector<Camera> TrainingCameras() const;
   std::vector<Camera> HeldOutCameras() const;
