@@ -53,7 +53,7 @@ int RunImport(int argc, const char* const* argv) {
   command.Option("meshes", &options.meshes, "pattern of tracked meshes, .obj or .bin (float32 x y z)");
   command.Choice("mesh-space", &options.mesh_space, {"head", "world"}, "that the meshes stand in");
   command.Choice("mesh-unit", &options.mesh_unit, {"same", "m", "cm", "mm", "inch"},
-                 "of meshes; same: the calibration's");
+                 "of meshes and poses; same: the calibration's");
   command.Option("poses", &options.poses, "pattern of head poses (3 x 4, head to world) for meshes in head space");
   command.Option("up", &options.up,
                  "direction that is up for the first frame's head, x,y,z in the world; else the "

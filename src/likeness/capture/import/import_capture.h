@@ -23,10 +23,10 @@ struct ImportOptions {
   std::string images;               // pattern; "": those that the calibration names, as one frame
   std::string masks;                // pattern of head masks, white = head; "": as the calibration names them
   std::string meshes;               // pattern of .obj or .bin
-  std::string poses;                // pattern of head poses, 3 x 4 [R | t] head to world, t in the calibration's unit
+  std::string poses;                // pattern of head poses, 3 x 4 [R | t] head to world, in the meshes' unit
   std::filesystem::path topology;   // .obj with faces and UVs; "": the first mesh that is an .obj
   std::string mesh_space = "head";  // or "world": head poses are found by aligning each mesh with the first
-  std::string mesh_unit = "same";   // as the calibration's with its scale, or m, cm, mm, inch
+  std::string mesh_unit = "same";   // of meshes and poses: as the calibration's with its scale, or m, cm, mm, inch
   std::string up;                   // of the head in the first frame, in the world: "x,y,z"; "": the mean camera's
 
   void Check() const;  // throws Error

@@ -49,8 +49,8 @@ class MeshImporter {
  public:
   MeshImporter(const ImportOptions& options, const std::vector<FrameId>& frames, const std::vector<Camera>& cameras)
       : options_(options), frames_(frames), cameras_(cameras), writer_(options.out) {
-    world_scale_ = MillimetresPer(options.unit) * options.scale;
-    mesh_scale_ = options.mesh_unit == "same" ? world_scale_ : MillimetresPer(options.mesh_unit);
+    mesh_scale_ =
+        options.mesh_unit == "same" ? MillimetresPer(options.unit) * options.scale : MillimetresPer(options.mesh_unit);
     meshes_ = FindFiles(options.meshes);
     if (!options.poses.empty()) poses_ = FindFiles(options.poses);
   }
@@ -154,7 +154,7 @@ class MeshImporter {
       return false;
     }
     RigidTransform pose = ParseTransform(*file, ReadFile(*file, 1 << 16));
-    pose.translation *= world_scale_;
+    pose.translation *= mesh_scale_;
     writer_.WriteTracked(frame, {vertices, pose});
     return true;
   }
@@ -163,7 +163,7 @@ class MeshImporter {
   const std::vector<FrameId>& frames_;
   const std::vector<Camera>& cameras_;
   const CaptureWriter writer_;
-  double world_scale_ = 1, mesh_scale_ = 1;  // to millimetres
+  double mesh_scale_ = 1;  // to millimetres
   std::map<PatternParts, fs::path> meshes_, poses_;
   MeshTopology topology_;
   std::vector<int> used_;  // vertices that belong to a triangle
