@@ -25,6 +25,7 @@ struct VerbEntry {
 // In the order of the pipeline.
 const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
+    {"import", RunImport, "makes a capture from other tools' calibrations and your files"},
     {"convert", RunConvert, "copies a capture, or a part of it, into the layout that is written"},
     {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
     {"validate", RunValidate, "finds what is wrong with a capture, and says what to do"},
@@ -34,13 +35,14 @@ const std::vector<VerbEntry> kVerbs = {
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
     {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
+    {"export-capture", RunExportCapture, "writes one frame of a capture for nerfstudio or COLMAP"},
     {"bench", RunBench, "measures the speed of one part"},
 };
 
 void PrintHelp() {
   fmt::print("likeness {}: from a multi-camera capture of a face to an avatar\n\n", LIKENESS_VERSION);
   fmt::print("usage: likeness VERB ...        likeness VERB --help shows a verb's options\n\n");
-  for (const VerbEntry& verb : kVerbs) fmt::print("  {:<10} {}\n", verb.name, verb.summary);
+  for (const VerbEntry& verb : kVerbs) fmt::print("  {:<14} {}\n", verb.name, verb.summary);
   fmt::print("\nexample: likeness simulate captures/demo && likeness unwrap captures/demo\n");
 }
 

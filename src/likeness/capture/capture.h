@@ -74,6 +74,9 @@ class Capture {
   // None where the capture has no such file.
   virtual std::optional<ImageU8> ReadHeadMask(const FrameId& frame, const Camera& camera) const = 0;  // 255 = head
 
+  // 255 = the camera shows something there, in every frame (undistorted images have empty corners). None where all
+  // pixels do.
+  virtual std::optional<ImageU8> ReadValidMask(const Camera& camera) const;
   // A file of its own that holds just what ReadCameraImage gives; none where there is no image, or it is in an archive.
   virtual std::optional<std::filesystem::path> ImageFile(const FrameId&, const Camera&) const { return std::nullopt; }
   // RGB, square, row 0 is v = 1: the mean over cameras, of the largest size that there is of this frame.
