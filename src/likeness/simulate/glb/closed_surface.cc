@@ -215,6 +215,19 @@ LidPatch CloseLids(const Vertices& rest, const std::vector<int>& loop, ClosedSur
   return patch;
 }
 
+// The direction at `t` of the way from one to another over the front of an eye, at even angles.
+RowVector3f Between(RowVector3f from, RowVector3f to, float t) {
+  // Borders beside the eye's centre would else be joined behind it.
+  constexpr float kForward = 0.1f;
+  for (RowVector3f* direction : {&from, &to}) {
+    direction->z() = std::max(direction->z(), kForward * direction->norm());
+    direction->stableNormalize();
+  }
+  const float angle = std::acos(std::clamp(from.dot(to), -1.0f, 1.0f));
+  if (angle < 1e-3f) return from;
+  return (std::sin((1 - t) * angle) * from + std::sin(t * angle) * to).stableNormalized();
+}
+
 }  // namespace
 
 ClosedSurface CloseSurface(const std::filesystem::path& path_for_errors, const HeadModel& model, int most_vertices) {
@@ -300,7 +313,7 @@ Vertices ClosedSurface::Positions(const Vertices& model, const std::array<ModelE
       const RowVector3f upper = at(lid.top[c]), lower = at(lid.bottom[c]);
       for (int r = 1; r < kLidRows; ++r) {
         const float t = static_cast<float>(r) / kLidRows;
-        const RowVector3f direction = (upper + (lower - upper) * t).stableNormalized();
+        const RowVector3f direction = Between(upper, lower, t);
         const float distance = std::max(least, upper.norm() + (lower.norm() - upper.norm()) * t);
         result.row(lid.first + static_cast<int>(c) * (kLidRows - 1) + r - 1) = centre + distance * direction;
       }

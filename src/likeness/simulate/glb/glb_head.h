@@ -6,7 +6,7 @@
 #include <memory>
 #include <string_view>
 
-#include "likeness/simulate/glb/gltf_file.h"
+#include "likeness/simulate/glb/read_beside.h"
 #include "likeness/simulate/head.h"
 
 namespace likeness {

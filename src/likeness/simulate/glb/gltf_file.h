@@ -6,21 +6,18 @@
 #include <tiny_gltf.h>
 
 #include <filesystem>
-#include <functional>
-#include <string>
 #include <string_view>
 
-namespace likeness {
+#include "likeness/simulate/glb/read_beside.h"
 
-// Gives the content of a file that a glTF names, by a path relative to it that does not leave its folder.
-using ReadBeside = std::function<std::string(const std::string& relative_path)>;
+namespace likeness {
 
 // Images stay encoded: model.images[i].image holds the bytes of a picture file. The fallback buffers of
 // EXT_meshopt_compression are replaced by a few bytes. Throws Error for what is no glTF 2.0, for required extensions
 // other than
 //   EXT_meshopt_compression, EXT_texture_webp, KHR_mesh_quantization, KHR_texture_transform, KHR_materials_*
 // and for buffers and images that lie about their length.
-//   read_beside  may throw Error; files are refused when it is empty
+//   read_beside  files are refused when it is empty
 tinygltf::Model ParseGltfFile(const std::filesystem::path& path_for_errors, std::string_view bytes,
                               const ReadBeside& read_beside);
 

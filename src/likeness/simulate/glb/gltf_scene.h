@@ -4,13 +4,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "likeness/geometry/mesh.h"
-#include "likeness/simulate/glb/gltf_file.h"
+#include "likeness/simulate/glb/read_beside.h"
 
 namespace likeness {
 
