@@ -35,6 +35,7 @@ int RunBenchSimulate(int argc, const char* const* argv) {
   command.Option("head-data", &head_data, "folder of the MakeHuman data, if not found by itself");
   command.Option("width", &rig_options.width, "pixels");
   command.Option("height", &rig_options.height, "pixels");
+  command.Option("lens-mm", &rig_options.lens_mm, "as `simulate` takes it");
   command.Option("samples", &shading.samples, "rays a pixel");
   command.Option("lights", &lights, "lights around the head");
   command.Option("repeats", &repeats, "cameras");

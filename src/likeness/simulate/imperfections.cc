@@ -80,7 +80,7 @@ std::vector<float> GaussianWeights(double sigma) {
 void BlurRow(const ImageU8& image, int y, const std::vector<float>& weights, std::vector<float>* column,
              std::vector<float>* row) {
   const int width = image.width(), radius = static_cast<int>(weights.size()) - 1;
-  const auto values = static_cast<size_t>(3 * width);
+  const size_t values = 3 * static_cast<size_t>(width);
   column->assign(values, 0);
   for (int j = -radius; j <= radius; ++j) {
     const uint8_t* in = image.row(std::clamp(y + j, 0, image.height() - 1));
@@ -93,11 +93,11 @@ void BlurRow(const ImageU8& image, int y, const std::vector<float>& weights, std
   }
   row->assign(values, 0);
   for (int x = 0; x < width; ++x) {
+    float* to = row->data() + 3 * static_cast<size_t>(x);
     for (int j = -radius; j <= radius; ++j) {
-      const int from = 3 * std::clamp(x + j, 0, width - 1);
+      const float* from = column->data() + 3 * static_cast<size_t>(std::clamp(x + j, 0, width - 1));
       const float w = weights[static_cast<size_t>(std::abs(j))];
-      for (int c = 0; c < 3; ++c)
-        (*row)[static_cast<size_t>(3 * x + c)] += w * (*column)[static_cast<size_t>(from + c)];
+      for (int c = 0; c < 3; ++c) to[c] += w * from[c];
     }
   }
 }

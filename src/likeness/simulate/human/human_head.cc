@@ -167,8 +167,10 @@ std::vector<int> FrontRim(const BaseMesh& base, const std::vector<int>& lid, con
 Material LashMaterial(const HumanRecipe& recipe) {
   const Eigen::Vector3f hair = HairColour(static_cast<float>(std::min(1.0, recipe.hair_melanin + 0.25)), 0.1f, 0);
   Material material;
-  material.albedo = ImageU8(1, 1, 3);
+  material.albedo = ImageU8(1, 1, 4);
   for (int c = 0; c < 3; ++c) material.albedo.at(0, 0)[c] = EncodeSrgb(0.6f * hair[c]);
+  // Blades are wider than lashes, or samples would miss most of them, and let as much more through.
+  material.albedo.at(0, 0)[3] = static_cast<uint8_t>(255 * Lashes::kCoverage);
   material.roughness = 0.5f;
   material.casts_shadow = false;
   return material;

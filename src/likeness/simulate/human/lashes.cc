@@ -10,8 +10,8 @@
 namespace likeness {
 namespace {
 
-constexpr int kSteps = 4;            // a blade's pieces
-constexpr float kRootWidth = 0.17f;  // mm
+constexpr int kSteps = 4;                                // a blade's pieces
+constexpr float kRootWidth = 0.18f / Lashes::kCoverage;  // mm
 
 }  // namespace
 
@@ -73,7 +73,7 @@ Vertices Lashes::Positions(const Vertices& fine, const EyeFit& eye) const {
         points.row(next++) = centre;
         break;
       }
-      const float width = kRootWidth * (1 - 0.75f * u);
+      const float width = kRootWidth * (1 - 0.65f * u);
       points.row(next++) = centre - 0.5f * width * along;
       points.row(next++) = centre + 0.5f * width * along;
     }

@@ -13,6 +13,8 @@ namespace likeness {
 
 class Lashes {
  public:
+  static constexpr float kCoverage = 0.4f;  // of a blade: it is that much wider than a lash
+
   Lashes() = default;
   //   upper_rim, lower_rim  fine vertices along the front edge of each lid, from corner to corner (smaller x first)
   Lashes(std::vector<int> upper_rim, std::vector<int> lower_rim, Side side, const HumanRecipe& recipe);
