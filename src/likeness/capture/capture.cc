@@ -18,6 +18,8 @@ bool Split::IsHeldOutSegment(const std::string& segment) const {
                      [&](const std::string& prefix) { return segment.starts_with(prefix); });
 }
 
+std::optional<ImageU8> Capture::ReadValidMask(const Camera&) const { return std::nullopt; }
+
 const Camera& Capture::FindCamera(const std::string& name) const {
   std::vector<std::string> names;
   for (const Camera& camera : cameras()) {

@@ -34,6 +34,9 @@ class CaptureLayout {
   std::filesystem::path HeadMask(const FrameId& f, const std::string& camera) const {
     return root_ / "masks" / f.segment / camera / (f.frame + ".png");
   }
+  // Ours: 255 where the pixels of a camera are valid, which undistorted images are not up to their borders. Absent
+  // where all are.
+  std::filesystem::path ValidMask(const std::string& camera) const { return root_ / "valid" / (camera + ".png"); }
   std::filesystem::path MeshBinary(const FrameId& f) const { return Tracked(f, ".bin"); }
   std::filesystem::path MeshObj(const FrameId& f) const { return Tracked(f, ".obj"); }
   std::filesystem::path HeadPose(const FrameId& f) const { return Tracked(f, "_transform.txt"); }

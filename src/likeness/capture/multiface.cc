@@ -79,6 +79,13 @@ class MultifaceCapture : public Capture {
     return ReadChecked(layout_.HeadMask(frame, camera.name), camera, 1);
   }
 
+  std::optional<ImageU8> ReadValidMask(const Camera& camera) const override {
+    const fs::path path = layout_.ValidMask(camera.name);
+    std::error_code ignored;
+    if (!fs::exists(path, ignored)) return std::nullopt;
+    return ReadChecked(path, camera, 1);
+  }
+
  private:
   static constexpr uint64_t kMostText = 1 << 16;  // bytes of a transform
 

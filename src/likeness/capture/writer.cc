@@ -75,4 +75,10 @@ void CaptureWriter::WriteHeadMask(const FrameId& frame, const std::string& camer
   WritePng(layout_.HeadMask(frame, camera), mask, 1);
 }
 
+void CaptureWriter::WriteValidMask(const std::string& camera, const ImageU8& mask) const {
+  CheckName(camera, "camera");
+  LIKENESS_CHECK(mask.channels() == 1);
+  WritePng(layout_.ValidMask(camera), mask, 1);
+}
+
 }  // namespace likeness

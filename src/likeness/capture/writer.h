@@ -40,6 +40,7 @@ class CaptureWriter {
 
   void WriteImage(const FrameId& frame, const std::string& camera, const ImageU8& rgb) const;
   void WriteHeadMask(const FrameId& frame, const std::string& camera, const ImageU8& mask) const;  // grey, 255 = head
+  void WriteValidMask(const std::string& camera, const ImageU8& mask) const;  // grey, 255 = valid, in all frames
 
  private:
   CaptureLayout layout_;

@@ -22,4 +22,8 @@ Eigen::Matrix3d RotationFromYawPitchRoll(double yaw, double pitch, double roll);
 // How far a matrix is from a rotation: the largest entry of |R^T R - I|, and infinity when it mirrors.
 double RotationDefect(const Eigen::Matrix3d& matrix);
 
+// The rotation and translation that bring `source` nearest to `target` (n x 3 each, n >= 3, points in rows) in the
+// sense of least squares: target_from_source. Kabsch 1976; never a reflection.
+RigidTransform AlignRigidly(const Eigen::MatrixX3d& source, const Eigen::MatrixX3d& target);
+
 }  // namespace likeness

@@ -238,10 +238,16 @@ class CaptureUnwrapper {
     const ImageU8 image = capture_.ReadCameraImage(frame.id, *view.camera);
     std::optional<ImageU8> mask;
     if (options_.use_masks) mask = capture_.ReadHeadMask(frame.id, *view.camera);
+    if (const auto valid = capture_.ReadValidMask(*view.camera)) mask = mask ? Both(*mask, *valid) : *valid;
     UnwrappedView made = unwrapper.Unwrap(*view.camera, world_from_head, image, mask ? &*mask : nullptr);
     Write(layout_.TextureMask(frame.id, view.camera->name, options_.size), made.mask);
     Write(layout_.Texture(frame.id, view.camera->name, options_.size), made.texture);
     return made;
+  }
+
+  static ImageU8 Both(ImageU8 mask, const ImageU8& other) {
+    for (size_t i = 0; i < mask.values().size(); ++i) mask.values()[i] &= other.values()[i];
+    return mask;
   }
 
   static void Write(const fs::path& path, const ImageU8& image) { WriteFile(path, EncodePng(image, 1), Sync::kNo); }

@@ -22,7 +22,8 @@ struct UnwrapReport {
 // unwrapped_mask_<size>; for every frame the average over the training cameras; then, over training cameras and
 // training segments, tex_mean.png, tex_var.txt, vert_mean.bin and vert_var.txt in unwrapped_uv_<size>, and in the root
 // too unless that would replace those of another size which exist nowhere else, or of a larger one. Held-out cameras
-// and segments enter neither averages nor statistics of training.
+// and segments enter neither averages nor statistics of training. Pixels that a camera's valid mask excludes give no
+// colour.
 //
 // Uses all cores. Files that an earlier run finished are kept, and their sums read back, so the result does not depend
 // on how often it was interrupted. On Ctrl-C it ends after the views it is at, by an Error that says how to go on.
