@@ -27,19 +27,21 @@ const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
     {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
     {"convert", RunConvert, "copies a capture, or a part of it, into the layout that is written"},
+    {"import", RunImport, "makes a capture from other tools' calibrations and your files"},
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
     {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
+    {"export-capture", RunExportCapture, "writes one frame of a capture for nerfstudio or COLMAP"},
     {"bench", RunBench, "measures the speed of one part"},
 };
 
 void PrintHelp() {
   fmt::print("likeness {}: from a multi-camera capture of a face to an avatar\n\n", LIKENESS_VERSION);
   fmt::print("usage: likeness VERB ...        likeness VERB --help shows a verb's options\n\n");
-  for (const VerbEntry& verb : kVerbs) fmt::print("  {:<10} {}\n", verb.name, verb.summary);
+  for (const VerbEntry& verb : kVerbs) fmt::print("  {:<14} {}\n", verb.name, verb.summary);
   fmt::print("\nexample: likeness simulate captures/demo && likeness unwrap captures/demo\n");
 }
 

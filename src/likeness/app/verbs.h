@@ -7,6 +7,8 @@ namespace likeness {
 using Verb = int (*)(int argc, const char* const* argv);
 
 int RunSimulate(int argc, const char* const* argv);
+int RunImport(int argc, const char* const* argv);
+int RunExportCapture(int argc, const char* const* argv);
 int RunInspect(int argc, const char* const* argv);
 int RunConvert(int argc, const char* const* argv);
 int RunUnwrap(int argc, const char* const* argv);

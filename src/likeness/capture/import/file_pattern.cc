@@ -50,7 +50,8 @@ class Finder {
       PatternParts parts;
       const std::string word = pattern.substr(at + 1, end == std::string::npos ? end : end - at - 1);
       if (end == std::string::npos || Part(&parts, word) == nullptr) {
-        throw Error("pattern '{}': '{{{}}}' is not known; expected {{segment}}, {{camera}} or {{frame}}", pattern, word);
+        throw Error("pattern '{}': '{{{}}}' is not known; expected {{segment}}, {{camera}} or {{frame}}", pattern,
+                    word);
       }
     }
     const fs::path path(pattern);
@@ -59,7 +60,8 @@ class Finder {
 
   std::map<PatternParts, fs::path> Find() {
     Walk("", 0, {});
-    if (found_.empty()) throw Error("pattern '{}': no file matches; is it in quotes, and is the folder right?", pattern_);
+    if (found_.empty())
+      throw Error("pattern '{}': no file matches; is it in quotes, and is the folder right?", pattern_);
     return std::move(found_);
   }
 

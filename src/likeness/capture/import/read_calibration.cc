@@ -73,7 +73,8 @@ DistortedCameras ReadOpenCv(const fs::path& source, bool fisheye) {
   if (IsFolder(source)) {
     for (const std::string& name : ListFolder(source)) {
       const std::string ending = fs::path(name).extension().string();
-      if (ending == ".yml" || ending == ".yaml" || ending == ".xml" || ending == ".json") files.push_back({source / name, {}});
+      if (ending == ".yml" || ending == ".yaml" || ending == ".xml" || ending == ".json")
+        files.push_back({source / name, {}});
     }
     if (files.empty()) throw FileError(source, "holds no calibration; expected .yml, .yaml, .xml or .json files");
   } else {
