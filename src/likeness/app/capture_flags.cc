@@ -25,8 +25,8 @@ void AddCaptureFlags(Command* command, CaptureOptions* options) {
                   "JSON with the held-out segments alone, {\"segment\": [prefix, ...]}");
   command->Option("topology", &options->topology_file,
                   "OBJ with faces and texture coordinates (default: the capture's own)");
-  command->Option("ignore-distortion", &options->ignore_distortion,
-                  "read cameras with lens distortion as if they had none");
+  command->Choice("distortion", &options->distortion, {"refuse", "ignore", "undistort"},
+                  "what to do about lens distortion in Ava-256's and Goliath's calibrations");
 }
 
 CaptureSelection SelectionFlags::Selection() const {

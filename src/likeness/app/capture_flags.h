@@ -10,7 +10,7 @@
 
 namespace likeness {
 
-// --split, --test-segments, --topology, --ignore-distortion
+// --split, --test-segments, --topology, --distortion
 void AddCaptureFlags(Command* command, CaptureOptions* options);
 
 // A part of a capture on the command line; lists are parted by commas.

@@ -77,6 +77,7 @@ class Capture {
   // 255 = the camera shows something there, in every frame (undistorted images have empty corners). None where all
   // pixels do.
   virtual std::optional<ImageU8> ReadValidMask(const Camera& camera) const;
+
   // A file of its own that holds just what ReadCameraImage gives; none where there is no image, or it is in an archive.
   virtual std::optional<std::filesystem::path> ImageFile(const FrameId&, const Camera&) const { return std::nullopt; }
   // RGB, square, row 0 is v = 1: the mean over cameras, of the largest size that there is of this frame.
@@ -101,8 +102,9 @@ struct CaptureOptions {
   // An .obj with faces and texture coordinates. Default: that of the first frame that has one (Multiface), or of the
   // capture (ava256/ava256.h).
   std::filesystem::path topology_file;
-  // Reads cameras with lens distortion as if they had none. Otherwise they are an Error.
-  bool ignore_distortion = false;
+  // What is done about lens distortion in published calibrations: "refuse" (an Error), "ignore" (K is used alone), or
+  // "undistort" (images and masks are resampled when read; ReadValidMask tells what they cover).
+  std::string distortion = "refuse";
 };
 
 // Opens a folder in any layout that is known: Multiface, Ava-256, Goliath. Throws Error that says what was looked for.

@@ -83,6 +83,7 @@ class Converter {
     WriteRecord();
     WriteTables();
     WriteMeshes();
+    WriteValidMasks();
     WriteImages();
     CarryTextures();
     if (interrupt_.Requested()) {
@@ -223,6 +224,19 @@ class Converter {
       kept ? progress.Skip(1) : progress.Advance();
     });
     progress.Finish();
+  }
+
+  // Pixels of undistorted cameras that show something; of smaller images, those that show nothing else.
+  void WriteValidMasks() {
+    for (size_t i = 0; i < cameras_.size(); ++i) {
+      std::optional<ImageU8> valid = source_.ReadValidMask(cameras_[i]);
+      if (!valid) continue;
+      if (valid->width() != converted_[i].width || valid->height() != converted_[i].height) {
+        valid = ResizeArea(*valid, converted_[i].width, converted_[i].height);
+        for (uint8_t& value : valid->values()) value = value == 255 ? 255 : 0;
+      }
+      writer_.WriteValidMask(cameras_[i].name, *valid);
+    }
   }
 
   // True when it was there.

@@ -19,6 +19,7 @@
 #include "likeness/capture/ava256/tables.h"
 #include "likeness/capture/calibration.h"
 #include "likeness/capture/split_file.h"
+#include "likeness/capture/undistort.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/geometry/ply.h"
 #include "likeness/image/image_io.h"
@@ -80,6 +81,9 @@ struct CameraFiles {
   std::optional<PackedFolder> pictures;
   std::once_flag parts_once;
   std::optional<PackedFolder> parts;
+  Lens lens;  // to be undone; a pinhole where there is none, or it is ignored
+  std::once_flag undistorter_once;
+  std::optional<Undistorter> undistorter;
 };
 
 class Ava256Capture : public Capture {
@@ -89,7 +93,7 @@ class Ava256Capture : public Capture {
     poses_ = Require(data_ / "head_pose", "head_pose", {".txt"});
     meshes_ = Require(data_ / "kinematic_tracking", "registration_vertices", {".ply"});
     averages_ = PackedFolder::Find(data_ / "uv_image", "color", {".avif", ".png", ".jpg"});
-    FindCameras(options.ignore_distortion);
+    FindCameras(options.distortion);
     FindFrames();
     FindTopology(options.topology_file);
     split_ = FindSplit(data_ / "split.json", options, cameras_);
@@ -126,7 +130,8 @@ class Ava256Capture : public Capture {
       throw FileError(path, fmt::format("is {} x {} pixels, but camera {} has {} x {}", image.width(), image.height(),
                                         camera.name, camera.width, camera.height));
     }
-    return image;
+    const Undistorter* undistorter = UndistorterOf(camera);
+    return undistorter != nullptr ? undistorter->Undistort(image) : std::move(image);
   }
 
   bool HasCameraImage(const FrameId& frame, const Camera& camera) const override {
@@ -145,12 +150,21 @@ class Ava256Capture : public Capture {
     if (!parts || !parts->Has(number)) return std::nullopt;
     const fs::path path = parts->NameOf(number);
     const ImageU8 classes = DecodeImage(path, parts->Read(number, kMostPicture), 1);
-    return ResizeMask(HeadMaskFromParts(path, classes), camera.width, camera.height);
+    ImageU8 mask = ResizeMask(HeadMaskFromParts(path, classes), camera.width, camera.height);
+    const Undistorter* undistorter = UndistorterOf(camera);
+    return undistorter != nullptr ? undistorter->UndistortMask(mask) : std::move(mask);
+  }
+
+  std::optional<ImageU8> ReadValidMask(const Camera& camera) const override {
+    const Undistorter* undistorter = UndistorterOf(camera);
+    if (undistorter == nullptr || undistorter->all_valid()) return std::nullopt;
+    return undistorter->valid();
   }
 
   std::optional<fs::path> ImageFile(const FrameId& frame, const Camera& camera) const override {
     const std::optional<PackedFolder>& pictures = FilesOf(camera).pictures;
     if (!pictures || pictures->is_zip() || !pictures->Has(NumberOf(frame))) return std::nullopt;
+    if (!FilesOf(camera).lens.IsPinhole()) return std::nullopt;
     return pictures->NameOf(NumberOf(frame));
   }
 
@@ -233,7 +247,7 @@ class Ava256Capture : public Capture {
     }
   }
 
-  void FindCameras(bool ignore_distortion) {
+  void FindCameras(const std::string& distortion) {
     const fs::path path = data_ / "camera_calibration.json";
     std::vector<SensorCamera> sensors = ParseSensorCalibration(path, ReadFile(path));
     std::vector<std::unique_ptr<CameraFiles>> files(sensors.size());
@@ -255,25 +269,36 @@ class Ava256Capture : public Capture {
       kept.push_back(std::move(sensors[i]));
     }
     cameras_ = ScaleToPictures(path, kept, goliath_ ? PixelCentre::kZero : PixelCentre::kHalf);
-    CheckDistortion(path, kept, ignore_distortion);
+    FindLenses(path, kept, distortion);
   }
 
-  void CheckDistortion(const fs::path& path, const std::vector<SensorCamera>& sensors, bool ignore) const {
+  void FindLenses(const fs::path& path, const std::vector<SensorCamera>& sensors, const std::string& distortion) {
     size_t distorted = 0;
     double shift = 0;
     for (size_t i = 0; i < sensors.size(); ++i) {
-      distorted += sensors[i].IsDistorted();
+      if (sensors[i].lens.IsPinhole()) continue;
+      ++distorted;
       shift = std::max(shift, sensors[i].LargestShiftPx(cameras_[i]));
+      if (distortion == "undistort") files_[cameras_[i].name]->lens = sensors[i].lens;
     }
-    if (distorted == 0) return;
+    if (distorted == 0 || distortion == "undistort") return;
     const std::string what = fmt::format("{} of {} cameras have lens distortion, which moves pixels by up to {:.1f} px",
                                          distorted, sensors.size(), shift);
-    if (!ignore) {
-      throw FileError(path, what +
-                                "; --ignore-distortion takes the pictures as undistorted, as the publishers' own "
-                                "loaders do");
-    }
-    LogWarning("{}: {}; it is ignored", path.string(), what);
+    if (distortion == "ignore") return LogWarning("{}: {}; it is ignored", path.string(), what);
+    throw FileError(path, what +
+                              "; --distortion undistort resamples the pictures, --distortion ignore takes them as "
+                              "undistorted, as the publishers' own loaders do");
+  }
+
+  // Null where there is nothing to undo.
+  const Undistorter* UndistorterOf(const Camera& camera) const {
+    CameraFiles& files = FilesOf(camera);
+    if (files.lens.IsPinhole() || camera.width == 0) return nullptr;
+    std::call_once(files.undistorter_once, [&] {
+      const Camera& own = FindCamera(camera.name);
+      files.undistorter.emplace(DistortedCamera{own, files.lens, {}, {}}, own);
+    });
+    return &*files.undistorter;
   }
 
   std::vector<ListedFrame> ListFrames() const {

@@ -31,8 +31,8 @@ bool IsAva256(const std::filesystem::path& root);
 //                                neither of the published 1/4 and 1/2
 //   pixel centres                Ava-256's loader scales K as if the first pixel's centre were at (0.5, 0.5), as ours
 //                                is; Goliath's as if it were at (0, 0): there half a pixel of the sensor is added
-//   lens distortion              Error, unless options.ignore_distortion: then K is used alone, as the publishers'
-//                                loaders do, and a warning says by how many pixels that is wrong
+//   lens distortion              by options.distortion: an Error; undone whenever an image is read; or ignored, as the
+//                                publishers' loaders do, with a warning that says by how many pixels that may be wrong
 //   faces                        options.topology_file; else kinematic_tracking/template_mesh.obj (Goliath); else
 //                                face_topology.obj in the folder or up to two above it (Ava-256's own is in its code)
 //   missing frames and files     skipped_frames() and HasCameraImage() tell

@@ -51,12 +51,11 @@ class Record {
     return matrix;
   }
 
-  std::array<double, 4> Distortion() const {
-    if (!object_.contains("distortion")) return {};
-    const json& values = Get("distortion");
-    if (values.is_array() && values.empty()) return {};
-    const std::vector<double> numbers = Numbers(values, "distortion", 4);
-    return {numbers[0], numbers[1], numbers[2], numbers[3]};
+  Lens ReadLens() const {
+    if (!object_.contains("distortion") || Get("distortion") == json::array()) return {};
+    const std::vector<double> numbers = Numbers(Get("distortion"), "distortion", 4);
+    if (std::count(numbers.begin(), numbers.end(), 0.0) == 4) return {};
+    return {Lens::Model::kRadialTangential, {numbers[0], numbers[1], numbers[2], numbers[3]}};
   }
 
   [[noreturn]] void Fail(const std::string& message) const {
@@ -136,14 +135,12 @@ double SensorCamera::LargestShiftPx(const Camera& scaled) const {
   constexpr int kSteps = 16;
   for (int i = 0; i <= kSteps; ++i) {
     for (int j = 0; j <= kSteps; ++j) {
-      const double fx = scaled.intrinsics(0, 0), fy = scaled.intrinsics(1, 1);
-      const double x = (static_cast<double>(i) / kSteps * scaled.width - scaled.intrinsics(0, 2)) / fx;
-      const double y = (static_cast<double>(j) / kSteps * scaled.height - scaled.intrinsics(1, 2)) / fy;
-      const auto [k1, k2, p1, p2] = distortion;
-      const double r2 = x * x + y * y, radial = k1 * r2 + k2 * r2 * r2;
-      const double dx = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
-      const double dy = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;
-      largest = std::max(largest, std::hypot(dx * fx, dy * fy));
+      const Eigen::Vector2d pixel(static_cast<double>(i) / kSteps * scaled.width,
+                                  static_cast<double>(j) / kSteps * scaled.height);
+      const Eigen::Matrix3d& k = scaled.intrinsics;
+      const Eigen::Vector2d ideal((pixel.x() - k(0, 2)) / k(0, 0), (pixel.y() - k(1, 2)) / k(1, 1));
+      const Eigen::Vector2d moved = lens.Distort(ideal) - ideal;
+      largest = std::max(largest, std::hypot(moved.x() * k(0, 0), moved.y() * k(1, 1)));
     }
   }
   return largest;
@@ -164,7 +161,7 @@ std::vector<SensorCamera> ParseSensorCalibration(const fs::path& path_for_errors
     if (!names.insert(sensor.camera.name).second) record.Fail("is described twice");
     sensor.camera.intrinsics = Intrinsics(record);
     sensor.camera.cam_from_world = Extrinsics(record);
-    sensor.distortion = record.Distortion();
+    sensor.lens = record.ReadLens();
     cameras.push_back(std::move(sensor));
   }
   if (cameras.empty()) throw FileError(path_for_errors, "describes no cameras");

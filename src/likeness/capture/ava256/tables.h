@@ -2,7 +2,6 @@
 
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -11,16 +10,16 @@
 #include <vector>
 
 #include "likeness/geometry/camera.h"
+#include "likeness/geometry/lens.h"
 
 namespace likeness {
 
 // A camera as camera_calibration.json gives it, for the sensor's whole image whatever size the pictures have.
 struct SensorCamera {
-  Camera camera;                          // K of the whole sensor; width and height are 0
-  std::array<double, 4> distortion = {};  // k1 k2 p1 p2 of OpenCV
+  Camera camera;  // K of the whole sensor; width and height are 0
+  Lens lens;      // radial-tangential, k1 k2 p1 p2
 
-  bool IsDistorted() const { return distortion != std::array<double, 4>{}; }
-  // How far the distortion moves the pixel that it moves furthest, of an image of this size that `scaled` belongs to.
+  // How far the lens moves the pixel that it moves furthest, of images that `scaled` is the camera of.
   double LargestShiftPx(const Camera& scaled) const;
 };
 
