@@ -182,6 +182,28 @@ TEST_F(UnwrapCaptureTest, HeldOutCamerasCanBeLeftOutAndImagesCanBeAbsent) {
   EXPECT_THAT(UnwrapError(), HasSubstr("no training camera has an image of a training frame"));
 }
 
+TEST_F(UnwrapCaptureTest, PixelsThatAreNotValidGiveNoColour) {
+  // The left half of cam0 is valid; without masks of heads too.
+  ImageU8 valid(60, 50, 1);
+  for (int y = 0; y < 50; ++y) std::fill_n(valid.row(y), 30, 255);
+  writer_.WriteValidMask("cam0", valid);
+  const TestHead head(15);
+  const FrameUnwrapper unwrapper(head.topology, MapTexels(head.topology, kSize), head.vertices, options_);
+  const Camera& camera = capture_->FindCamera("cam0");
+  const ImageU8 image = capture_->ReadCameraImage(frames_[0], camera);
+  for (const bool use_masks : {true, false}) {
+    ImageU8 both = valid;
+    const ImageU8 head_mask = *capture_->ReadHeadMask(frames_[0], camera);
+    for (size_t i = 0; use_masks && i < both.values().size(); ++i) both.values()[i] &= head_mask.values()[i];
+    options_.use_masks = use_masks;
+    options_.redo = true;
+    UnwrapCapture(*capture_, options_);
+    const UnwrappedView expected = unwrapper.Unwrap(camera, TestPose(), image, &both);
+    EXPECT_EQ(TextureSet(*capture_, kSize).ReadMask(frames_[0], "cam0"), expected.mask);
+    EXPECT_NE(expected.mask, unwrapper.Unwrap(camera, TestPose(), image, nullptr).mask);
+  }
+}
+
 TEST_F(UnwrapCaptureTest, TexturesOfOtherMakingAreNotTouched) {
   UnwrapCapture(*capture_, options_);
   const auto before = Outputs();
