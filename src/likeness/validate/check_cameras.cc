@@ -138,7 +138,7 @@ class CameraCheck {
       }
     }
     if (best.gain == 0) return false;
-    if (best.a > best.b) {
+    if (e_.cameras[best.a].name > e_.cameras[best.b].name) {
       std::swap(best.a, best.b);
       best.before = now_[best.a];
       best.after = FitWithPicturesOf(best.a, best.b);
