@@ -14,6 +14,7 @@ namespace {
 
 constexpr size_t kFrames = 4;
 constexpr double kLeastGain = 0.12;
+constexpr double kGoodAgreement = 0.3;  // a mistake that explains a camera leaves it agreeing with the others
 
 // How one camera fits: its silhouettes, and the median of its agreements with each other camera.
 struct CameraFit {
@@ -138,7 +139,7 @@ class CameraCheck {
       }
     }
     if (best.gain == 0) return false;
-    if (best.a > best.b) {
+    if (e_.cameras[best.a].name > e_.cameras[best.b].name) {
       std::swap(best.a, best.b);
       best.before = now_[best.a];
       best.after = FitWithPicturesOf(best.a, best.b);
@@ -181,6 +182,7 @@ class CameraCheck {
         const CameraFit fit = FitOf(c, looks, FitLooks(e_, looks, &hypothesis));
         const double gain = fit.Total() - now_[c].Total();
         if (gain < kLeastGain || gain < best.gain + 0.01) continue;
+        if (fit.has_agreement && fit.agreement < kGoodAgreement) continue;
         if (now_[c].has_agreement && fit.has_agreement && fit.agreement < now_[c].agreement + 0.05) continue;
         best = {c, hypothesis, gain, fit};
       }

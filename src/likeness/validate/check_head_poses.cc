@@ -23,7 +23,11 @@ double Distance(const RigidTransform& a, const RigidTransform& b) {
 
 class PoseCheck {
  public:
-  explicit PoseCheck(Examination* e) : e_(*e), frames_(e->SampledFrames()) {
+  explicit PoseCheck(Examination* e) : e_(*e) {
+    for (const int f : e->SampledFrames()) {
+      const std::vector<View>& views = e->frames[static_cast<size_t>(f)].views;
+      if (std::any_of(views.begin(), views.end(), [](const View& view) { return !view.empty(); })) frames_.push_back(f);
+    }
     std::vector<size_t> cameras;
     for (size_t c = 0; c < e_.cameras.size(); ++c) {
       if (!LooksAt(e_, frames_, {c}).empty()) cameras.push_back(c);
@@ -178,7 +182,7 @@ class PoseCheck {
   }
 
   Examination& e_;
-  const std::vector<int> frames_;
+  std::vector<int> frames_;  // with pictures
   std::vector<size_t> cameras_;
   std::vector<std::vector<Look>> looks_;  // of each frame
 };

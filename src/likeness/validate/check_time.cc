@@ -14,6 +14,7 @@ namespace {
 // Mean gain, in overlap plus agreement, that tells; and in how many of the frames it must be seen.
 constexpr double kLeastGain = 0.03;
 constexpr double kConsistent = 0.75;
+constexpr double kGoodAgreement = 0.3;
 
 struct Shift {
   int by = 0;  // images show the frame that is so much later in the segment
@@ -22,7 +23,12 @@ struct Shift {
   int frames = 0;
   FitScore before, after;
 
-  bool Tells() const { return frames >= 2 && gain > kLeastGain && share >= kConsistent; }
+  // Silhouettes alone may gain by chance where a camera is misplaced: what cameras agree on must come out right.
+  bool Tells() const {
+    const bool agrees =
+        after.agreement_weight == 0 || (after.Agreement() > kGoodAgreement && after.Agreement() > before.Agreement());
+    return frames >= 2 && gain > kLeastGain && share >= kConsistent && agrees;
+  }
 };
 
 // Frame `by` places further in the segment, where it was sampled.

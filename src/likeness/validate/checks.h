@@ -37,12 +37,24 @@ struct NamedCheck {
   void (*run)(Examination*);
 };
 inline constexpr NamedCheck kChecks[] = {
-    {"calibration", CheckCalibration}, {"frame list", CheckFrameList},   {"topology", CheckTopology},
-    {"meshes", CheckMeshes},           {"image files", CheckImageFiles}, {"split", CheckSplit},
-    {"reading a sample", LoadSample},  {"exposure", CheckExposure},      {"masks", CheckMasks},
-    {"placement", CheckPlacement},     {"mesh space", CheckMeshSpace},   {"time", CheckTime},
-    {"cameras", CheckCameras},         {"head poses", CheckHeadPoses},   {"colours", CheckColours},
-    {"textures", CheckTextures},       {"statistics", CheckStatistics},
+    {"calibration", CheckCalibration},
+    {"frame list", CheckFrameList},
+    {"topology", CheckTopology},
+    {"meshes", CheckMeshes},
+    {"image files", CheckImageFiles},
+    {"split", CheckSplit},
+    {"reading a sample", LoadSample},
+    {"exposure", CheckExposure},
+    {"masks", CheckMasks},
+    {"placement", CheckPlacement},
+    {"mesh space", CheckMeshSpace},
+    {"poses present", CheckPosesPresent},
+    {"time", CheckTime},
+    {"cameras", CheckCameras},
+    {"head poses", CheckHeadPoses},
+    {"colours", CheckColours},
+    {"textures", CheckTextures},
+    {"statistics", CheckStatistics},
 };
 
 }  // namespace likeness
