@@ -9,6 +9,7 @@
 #include "likeness/image/avif.h"
 #include "likeness/image/image_io.h"
 #include "likeness/image/png.h"
+#include "likeness/image/webp.h"
 
 namespace likeness {
 namespace {
@@ -36,9 +37,9 @@ std::string WithChecksums(std::string_view bytes) {
 void fuzz::Run(std::string_view bytes) {
   const std::string file = IsPng(bytes) ? WithChecksums(bytes) : std::string(bytes);
   const auto info = Parsed([&] { return ReadImageInfo(kPath, file); });
-  // A few bytes of AVIF may rightly stand for so many pixels that decoding them takes seconds.
-  constexpr int kMostAvifSide = 1024;
-  if (IsAvif(file) && info && std::max(info->width, info->height) > kMostAvifSide) return;
+  // A few bytes of AVIF or WebP may rightly stand for so many pixels that decoding them takes seconds.
+  constexpr int kMostSide = 1024;
+  if ((IsAvif(file) || IsWebp(file)) && info && std::max(info->width, info->height) > kMostSide) return;
   for (const int channels : {1, 3, 4}) {
     const auto image = Parsed([&] { return DecodeImage(kPath, file, channels); });
     if (!image) continue;

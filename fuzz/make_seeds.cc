@@ -10,11 +10,16 @@
 #include "likeness/avatar/avatar.h"
 #include "likeness/avatar/tensor_registry.h"
 #include "likeness/base/file.h"
+#include "likeness/base/npy.h"
+#include "likeness/capture/ava256/test_folder.h"
 #include "likeness/capture/calibration.h"
 #include "likeness/capture/split_file.h"
 #include "likeness/geometry/obj.h"
+#include "likeness/geometry/ply.h"
 #include "likeness/image/avif.h"
 #include "likeness/image/image_io.h"
+#include "likeness/image/webp.h"
+#include "likeness/simulate/glb/gltf_test_file.h"
 #include "likeness/simulate/head.h"
 #include "likeness/simulate/human/recipe.h"
 #include "likeness/texture/unwrap_record.h"
@@ -65,6 +70,36 @@ std::string LiveLink() {
   return header + ",HeadYaw,HeadPitch,HeadRoll\n" + rows[0] + ",0.1,-0.2,0.01\n" + rows[1] + ",-0.1,0,0\n";
 }
 
+// One square with a morph target: plain, sparse and compressed.
+std::string Glb() {
+  GltfTestFile file;
+  const std::vector<std::array<float, 3>> corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  const int mesh = file.AddMesh("head", corners, {{0, 1, 2}, {2, 1, 3}}, {{"jawOpen", corners}});
+  nlohmann::json& primitive = file.document["meshes"][mesh]["primitives"][0];
+  const int sparse = file.AddSparse(4, {1, 3}, {{0, 0, 1}, {0, 1, 0}});
+  primitive["targets"][0]["POSITION"] = sparse;
+  const int view = file.AddCompressed(corners, sizeof(corners[0]), "ATTRIBUTES");
+  primitive["attributes"]["POSITION"] = file.AddAccessor(view, 5126, "VEC3", corners.size());
+  primitive["material"] = 0;
+  file.document["materials"] = {{{"name", "skin"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 0.5, 0.5, 1}}}}}};
+  file.AddNode({{"mesh", mesh}, {"translation", {0, 1, 0}}, {"rotation", {0, 0, 0, 1}}, {"scale", {2, 2, 2}}});
+  return file.Bytes();
+}
+
+// The text of a GLB, a zero byte, and its binary chunk.
+std::string TextAndBinary(const std::string& glb) {
+  uint32_t length = 0;
+  std::copy(glb.begin() + 12, glb.begin() + 16, reinterpret_cast<char*>(&length));
+  return glb.substr(20, length) + '\0' + glb.substr(20 + length + 8);
+}
+
+std::string Zip(const std::filesystem::path& scratch, bool deflate) {
+  WriteZip(scratch, {{"pose/000012.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n"}, {"7.txt", "x"}, {"notes.md", "y"}}, deflate);
+  std::string bytes = ReadFile(scratch);
+  std::filesystem::remove(scratch);
+  return bytes;
+}
+
 Avatar SmallAvatar() {
   Avatar avatar;
   avatar.architecture.texture_size = 16;
@@ -106,6 +141,23 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("split", "segments", R"({"segment": ["EXP_ROM", "EXP_free_face"]})");
 
   const Vertices vertices = SquareVertices();
+  for (const PlyEncoding encoding : {PlyEncoding::kAscii, PlyEncoding::kLittleEndian, PlyEncoding::kBigEndian}) {
+    const std::string name = fmt::format("encoding{}", static_cast<int>(encoding));
+    seed("ply", name.c_str(), EncodePly(vertices, SquareTopology().triangles, encoding));
+  }
+  seed("npy", "matrix", EncodeNpy({2, 3}, {1, 2, 3, 4, 5, 6}));
+  seed("zip", "stored", Zip(folder / "scratch.zip", false));
+  seed("zip", "deflated", Zip(folder / "scratch.zip", true));
+  seed("sensor_calibration", "two", R"({"KRT": [
+{"cameraId": "400940", "K": [[7000, 0, 0], [0, 7000.5, 0], [1334, 2048, 1]], "distortion": [0, 0, 0, 0],
+ "T": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [10, -20.5, 1000, 1]]},
+{"cameraId": "400941", "K": [[7000, 0, 0], [0, 7000.5, 0], [1334, 2048, 1]], "distortion": [0.1, -0.2, 1e-3, 0],
+ "T": [[0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [10, -20.5, 1000, 1]]}]})");
+  seed("frame_csv", "ava256", "seg_id,frame_id\nEXP_cheeks,021924\nSEN_a,7\n");
+  seed("frame_csv", "goliath", std::string("frame,split\n3,train\n4,test\n") + '\0' + "frame,segment_name\n3,a\n4,b\n");
+  seed("shape_map", "two", R"({"JawOpen": {"MouthOpen_h": 1.3}, "eye_blink_left": {"a": 0.5, "b": -1}})");
+  seed("gltf", "whole", Glb());
+  seed("gltf", "parts", TextAndBinary(Glb()));
   seed("floats", "vertices", {reinterpret_cast<const char*>(vertices.data()), sizeof(float) * vertices.size()});
   seed("numbers", "variance", "343.25\n");
   seed("numbers", "code", "1, -2.5e-3\n3 4\n");
@@ -125,6 +177,7 @@ void WriteSeeds(const std::filesystem::path& folder) {
   }
   seed("image", "jpeg", EncodeJpeg(Picture(17, 9, 3)));
   seed("image", "avif", EncodeAvif(Picture(8, 8, 3)));
+  seed("image", "webp", EncodeWebp(Picture(9, 5, 4)));
   // Width, colour type, and a row with each filter.
   for (int kind = 0; kind < 3; ++kind) {
     std::string rows = {'\3', static_cast<char>(kind)};
