@@ -13,6 +13,8 @@
 #include "likeness/base/npy.h"
 #include "likeness/capture/ava256/test_folder.h"
 #include "likeness/capture/calibration.h"
+#include "likeness/capture/calibration_formats/colmap.h"
+#include "likeness/capture/calibration_formats/nerfstudio.h"
 #include "likeness/capture/split_file.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/geometry/ply.h"
@@ -139,6 +141,26 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("frame_list", "list", FrameListText({{"EXP_ROM", "000123"}, {"SEN_approach", "7"}}));
   seed("split", "cameras", SplitText({{"01", "02"}, {"03"}, {"EXP_free"}}));
   seed("split", "segments", R"({"segment": ["EXP_ROM", "EXP_free_face"]})");
+
+  DistortedCamera distorted;
+  distorted.camera = camera;
+  distorted.image = "cam/400069.png";
+  const ColmapFiles text = FormatColmapText({distorted}, {}), binary = FormatColmapBinary({distorted}, {});
+  seed("colmap_text", "one", text.cameras + "=\n" + text.images);
+  seed("colmap_text", "lens",
+       "1 OPENCV 640 480 500 501 320 240 0.1 -0.2 1e-3 2e-3\n=\n1 1 0 0 0 0.1 2 3 1 a/1.png\n\n");
+  const auto size = static_cast<uint16_t>(binary.cameras.size());
+  seed("colmap_binary", "one",
+       std::string{static_cast<char>(size & 255), static_cast<char>(size >> 8)} + binary.cameras + binary.images);
+  seed("nerfstudio", "one", FormatNerfstudio({distorted}, "points.ply"));
+  seed("opencv_storage", "yaml",
+       "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n"
+       "   dt: d\n   data: [ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]\ndist_coeffs: !!opencv-matrix\n   rows: 1\n"
+       "   cols: 5\n   dt: d\n   data: [ 0.1, -0.2, 0., 0., 0. ]\nrvec: [ 0.1, 0.2, 0.3 ]\ntvec: [ 1., 2., 3. ]\n");
+  seed("opencv_storage", "xml",
+       "<?xml version=\"1.0\"?>\n<opencv_storage>\n<K type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt>"
+       "<data>500. 0. 320. 0. 500. 240. 0. 0. 1.</data></K>\n<T>1. 2. 3.</T>\n</opencv_storage>\n");
+  seed("opencv_storage", "json", R"({"left": {"K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]], "T": [0, 0, 1]}})");
 
   const Vertices vertices = SquareVertices();
   for (const PlyEncoding encoding : {PlyEncoding::kAscii, PlyEncoding::kLittleEndian, PlyEncoding::kBigEndian}) {

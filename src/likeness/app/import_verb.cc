@@ -17,8 +17,28 @@
 namespace likeness {
 namespace {
 
-// The kinds that ImportCapture reads; a kind with a reader of its own gets a row and a branch in RunImport.
-std::vector<std::string> Kinds() { return CalibrationKinds(); }
+// Kinds with options of their own.
+struct OwnVerb {
+  const char* kind;
+  Verb run;
+  const char* help;
+};
+constexpr OwnVerb kOwnVerbs[] = {
+    {"ava256", RunConvert, "the same as likeness convert SOURCE OUT, whose options it takes"},
+};
+
+// Those, after the kinds that ImportCapture reads.
+std::vector<std::string> Kinds() {
+  std::vector<std::string> kinds = CalibrationKinds();
+  for (const OwnVerb& own : kOwnVerbs) kinds.emplace_back(own.kind);
+  return kinds;
+}
+
+std::string KindHelp() {
+  std::string help = fmt::format("of the calibration: {}", fmt::join(CalibrationKinds(), ", "));
+  for (const OwnVerb& own : kOwnVerbs) help += fmt::format("; or {} ({})", own.kind, own.help);
+  return help;
+}
 
 void PrintResult(const ImportOptions& options, const ImportResult& result) {
   fmt::print("{}: {} cameras, {} frames; {} images written, {} copied, {} kept; valid masks of {} cameras\n",
@@ -35,12 +55,15 @@ void PrintResult(const ImportOptions& options, const ImportResult& result) {
 }  // namespace
 
 int RunImport(int argc, const char* const* argv) {
+  for (const OwnVerb& own : kOwnVerbs) {
+    if (argc > 1 && std::string_view(argv[1]) == own.kind) return own.run(argc - 1, argv + 1);
+  }
   ImportOptions options;
   bool json = false;
   Command command("import", "Makes a capture in our layout from other tools' calibrations and your files.",
                   "likeness import colmap scan/sparse/0 captures/mine --unit m "
                   "--images 'scan/{segment}/{camera}/{frame}.jpg'");
-  command.Positional("KIND", &options.kind, fmt::format("of the calibration: {}", fmt::join(Kinds(), ", ")));
+  command.Positional("KIND", &options.kind, KindHelp());
   command.Positional("SOURCE", &options.source, "file or folder of the calibration");
   command.Positional("OUT", &options.out, "folder of the capture");
   command.Choice("unit", &options.unit, {"m", "cm", "mm", "inch"}, "of the calibration's lengths");

@@ -138,6 +138,10 @@ class Evaluator {
     // The tracked mesh, not the avatar's: the pixels that count must not depend on what is judged.
     if (!mask) mask = Draw(tracked.vertices_in_head, decoded.texture, camera, tracked).coverage;
     Binarise(&*mask);
+    // Where the camera shows nothing there is nothing to compare with.
+    if (const std::optional<ImageU8> valid = capture_.ReadValidMask(camera)) {
+      for (size_t i = 0; i < mask->values().size(); ++i) mask->values()[i] &= valid->values()[i];
+    }
     m.error = MaskedSquaredError(truth, ours.colour, *mask);
     m.ssim = MaskedSsim(truth, ours.colour, *mask);
     if (textures_ != nullptr && textures_->HasTexture(*task.frame, camera.name)) {

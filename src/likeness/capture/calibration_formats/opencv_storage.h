@@ -25,6 +25,8 @@
 
 namespace likeness {
 
+struct StorageEntry;
+
 // What a FileStorage holds, as a tree.
 struct StorageNode {
   enum class Kind { kScalar, kList, kMap };
@@ -32,9 +34,14 @@ struct StorageNode {
   int line = 0;        // 1-based; 0 when not known
   std::string scalar;  // as it stands
   std::vector<StorageNode> items;
-  std::vector<std::pair<std::string, StorageNode>> entries;
+  std::vector<StorageEntry> entries;
 
   const StorageNode* Find(std::string_view key) const;
+};
+
+struct StorageEntry {
+  std::string key;
+  StorageNode node;
 };
 
 // Told apart by the first characters. Throws Error, with the line, for what is none of the three, for anchors and

@@ -85,7 +85,7 @@ class TreeBuilder : public YAML::EventHandler {
       level.key = std::move(node.scalar);
       level.has_key = true;
     } else {
-      level.node.entries.emplace_back(std::move(level.key), std::move(node));
+      level.node.entries.push_back({std::move(level.key), std::move(node)});
       level.has_key = false;
     }
   }
@@ -180,7 +180,7 @@ class XmlParser {
       if (child == "_") {
         node.items.push_back(std::move(value));
       } else {
-        node.entries.emplace_back(std::move(child), std::move(value));
+        node.entries.push_back({std::move(child), std::move(value)});
       }
     }
     Finish(&node, text);
