@@ -30,6 +30,9 @@ struct TrainOptions {
   std::string conditioning = "fc8";
   std::string normalisation = "weight";
   std::string untied_bias = "everywhere";
+  std::string layout = "paper";
+  std::string upsampling = "transposed";
+  bool residual = false;
   std::string geometry = "tracked";
 
   // The run ends at whichever comes first; 0 sets no limit of that kind.
@@ -64,7 +67,8 @@ struct TrainOptions {
 };
 
 // "demo": the best picture after some minutes on a few cores. "paper": Lombardi et al. 2018, 200,000 iterations at a
-// constant rate; the rate itself, which the paper does not tell, is Multiface's.
+// constant rate; the rate itself, which the paper does not tell, is Multiface's. "multiface": that project's network,
+// with its batch, rate and clipping; its decay of the rate by epochs is left out.
 const std::vector<std::string>& PresetNames();
 TrainOptions PresetOptions(const std::string& preset);
 
