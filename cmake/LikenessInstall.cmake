@@ -6,7 +6,8 @@ install(TARGETS likeness_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY src/likeness DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 set(_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Likeness")
 install(EXPORT LikenessTargets NAMESPACE Likeness:: DESTINATION ${_package_dir})
-install(FILES cmake/FindLibTorch.cmake cmake/FindLibDeflate.cmake cmake/FindTurboJpeg.cmake DESTINATION ${_package_dir})
+install(FILES cmake/FindLibTorch.cmake cmake/FindLibDeflate.cmake cmake/FindLibZip.cmake
+  cmake/FindTurboJpeg.cmake DESTINATION ${_package_dir})
 configure_package_config_file(cmake/LikenessConfig.cmake.in "${CMAKE_CURRENT_BINARY_DIR}/LikenessConfig.cmake"
   INSTALL_DESTINATION ${_package_dir})
 write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/LikenessConfigVersion.cmake"

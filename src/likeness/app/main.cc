@@ -26,6 +26,7 @@ struct VerbEntry {
 const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
     {"inspect", RunInspect, "says what a capture or an avatar is, and draws a capture's contact sheet"},
+    {"import", RunImport, "reads what other programs have made"},
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},

@@ -8,6 +8,7 @@ using Verb = int (*)(int argc, const char* const* argv);
 
 int RunSimulate(int argc, const char* const* argv);
 int RunInspect(int argc, const char* const* argv);
+int RunImport(int argc, const char* const* argv);
 int RunUnwrap(int argc, const char* const* argv);
 int RunTrain(int argc, const char* const* argv);
 int RunEvaluate(int argc, const char* const* argv);

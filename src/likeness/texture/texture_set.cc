@@ -20,6 +20,8 @@ bool Exists(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
+}  // namespace
+
 // A variance of 0 cannot standardise anything.
 double ReadVariance(const fs::path& path) {
   const std::string text = ReadFile(path, 1 << 12);
@@ -29,8 +31,6 @@ double ReadVariance(const fs::path& path) {
   if (!(variance > 0)) throw FileError(path, "expected one positive number");
   return variance;
 }
-
-}  // namespace
 
 TextureSet::TextureSet(const Capture& capture, int size) : capture_(capture), layout_(capture.root()), size_(size) {
   if (Exists(layout_.TextureFolder(size))) return;

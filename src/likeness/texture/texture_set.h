@@ -56,6 +56,9 @@ class TextureSet {
   const int size_;
 };
 
+// Reads a variance: one positive number in a text file. Throws Error.
+double ReadVariance(const std::filesystem::path& path);
+
 // Texture sizes that a capture has, smallest first.
 std::vector<int> TextureSizes(const std::filesystem::path& capture_root);
 
