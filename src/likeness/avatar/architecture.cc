@@ -90,8 +90,7 @@ void Architecture::Check() const {
   }
   InRange("vertex count", vertex_count, 1, 1'000'000);
   InRange("latent size", latent, 1, 4096);
-  OnlyAvailable("model", model, {ModelKind::kDeep});
-  if (layout == Layout::kMultiface && texture_size < kMultifaceShrink) {
+  if (model == ModelKind::kDeep && layout == Layout::kMultiface && texture_size < kMultifaceShrink) {
     throw Error("texture size is {}; Multiface's layout halves it eight times: expected at least {}", texture_size,
                 kMultifaceShrink);
   }

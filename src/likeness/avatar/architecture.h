@@ -17,7 +17,11 @@
 
 namespace likeness {
 
-enum class ModelKind { kDeep, kLinear, kBilinear };
+enum class ModelKind {
+  kDeep,
+  kLinear,    // mesh and texture are affine in the code, whatever the view: an active appearance model
+  kBilinear,  // the mesh the same; the texture affine in the products of each of the code's and the view's values
+};
 
 // How the view vector enters the texture decoder. "All": an affine map of the view, one for each transposed
 // convolution, is added to that convolution's input features at every texel; the code's FC then stands alone.
@@ -62,10 +66,10 @@ enum class Geometry { kTracked, kSmoothed, kEllipsoid, kBillboard };
 
 struct Architecture {
   std::string preset = "paper";
-  ModelKind model = ModelKind::kDeep;
-  int texture_size = 1024;  // texels a side: a power of two, 16 ... 4096
-  int vertex_count = 0;     // of the mesh, as the capture has it
-  int latent = 128;         // values in a code
+  ModelKind model = ModelKind::kDeep;  // the others use neither conditioning, biases, layout nor what follows it
+  int texture_size = 1024;             // texels a side: a power of two, 16 ... 4096
+  int vertex_count = 0;                // of the mesh, as the capture has it
+  int latent = 128;                    // values in a code
   Conditioning conditioning = Conditioning::kFc8;
   Normalisation normalisation = Normalisation::kWeight;
   UntiedBias untied_bias = UntiedBias::kEverywhere;

@@ -71,7 +71,6 @@ TEST(Architecture, CheckNamesWhatIsWrongAndWhatIsNotAvailable) {
   EXPECT_THAT(error([](Architecture& a) { a.texture_size = 8192; }), HasSubstr("texture size is 8192"));
   EXPECT_THAT(error([](Architecture& a) { a.vertex_count = 0; }), HasSubstr("vertex count"));
   EXPECT_THAT(error([](Architecture& a) { a.latent = -1; }), HasSubstr("latent"));
-  EXPECT_THAT(error([](Architecture& a) { a.model = ModelKind::kBilinear; }), HasSubstr("not available yet"));
   EXPECT_EQ(error([](Architecture& a) { a.layout = Layout::kMultiface; }), "");
   EXPECT_THAT(error([](Architecture& a) {
                 a.layout = Layout::kMultiface;

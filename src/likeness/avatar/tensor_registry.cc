@@ -69,6 +69,19 @@ void AddDecoder(const Architecture& a, std::vector<LayerInfo>& layers) {
   }
 }
 
+void AddLinearModel(const Architecture& a, std::vector<LayerInfo>& layers) {
+  const int texture = 3 * a.texture_size * a.texture_size, mesh = 3 * a.vertex_count;
+  const bool bilinear = a.model == ModelKind::kBilinear;
+  AddLinear(layers, "encoder.texture_fc", texture, a.latent,
+            "the standardised average texture, red green blue after red green blue, row by row; added to the next");
+  AddLinear(layers, "encoder.mesh_fc", mesh, a.latent, "the standardised vertices; the sum is the mean code");
+  layers.push_back({"encoder.log_sigma", LayerKind::kConstant, 0, a.latent, 1, false, "the code's log deviation"});
+  AddLinear(layers, "decoder.mesh_fc", a.latent, mesh, "to the standardised vertices, x y z after x y z");
+  AddLinear(layers, "decoder.texture_fc", bilinear ? 3 * a.latent : a.latent, texture,
+            bilinear ? "the code times the view's x, then y, then z, to the standardised texture"
+                     : "the code to the standardised texture");
+}
+
 }  // namespace
 
 std::vector<int64_t> LayerInfo::WeightShape() const {
@@ -82,6 +95,8 @@ std::vector<int64_t> LayerInfo::WeightShape() const {
     case LayerKind::kUpsampledConvolution:
     case LayerKind::kSameConvolution:
       return {out, in, kSameKernel, kSameKernel};
+    case LayerKind::kConstant:
+      break;
   }
   return {};
 }
@@ -94,15 +109,19 @@ std::vector<int64_t> LayerInfo::BiasShape() const {
 std::vector<LayerInfo> Layers(const Architecture& architecture) {
   LIKENESS_CHECK(architecture.vertex_count > 0);
   std::vector<LayerInfo> layers;
-  AddEncoder(architecture, layers);
-  AddDecoder(architecture, layers);
+  if (architecture.model == ModelKind::kDeep) {
+    AddEncoder(architecture, layers);
+    AddDecoder(architecture, layers);
+  } else {
+    AddLinearModel(architecture, layers);
+  }
   return layers;
 }
 
 std::vector<TensorInfo> NetworkTensors(const Architecture& architecture) {
   std::vector<TensorInfo> tensors;
   for (const LayerInfo& layer : Layers(architecture)) {
-    tensors.push_back({layer.name + ".weight", layer.WeightShape(), layer.meaning});
+    if (layer.HasWeight()) tensors.push_back({layer.name + ".weight", layer.WeightShape(), layer.meaning});
     tensors.push_back({layer.name + ".bias", layer.BiasShape(), "added to this layer's output"});
   }
   return tensors;

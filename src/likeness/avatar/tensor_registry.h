@@ -16,9 +16,10 @@ enum class LayerKind {
   kTransposedConvolution,  // weight [in, out, 4, 4]; stride 2, padding 1: doubles the side
   kUpsampledConvolution,   // weight [out, in, 3, 3]; doubles the side, every texel four times, then padding 1
   kSameConvolution,        // weight [out, in, 3, 3]; padding 1
+  kConstant,               // no weight; y = b
 };
 
-// A layer has two tensors, NAME.weight and NAME.bias.
+// A layer has two tensors, NAME.weight and NAME.bias, a constant one the bias alone.
 struct LayerInfo {
   std::string name;  // "decoder.texture_conv.0"
   LayerKind kind = LayerKind::kLinear;
@@ -28,6 +29,7 @@ struct LayerInfo {
   bool untied_bias = false;  // bias [out, out_size, out_size], otherwise [out]
   std::string meaning;
 
+  bool HasWeight() const { return kind != LayerKind::kConstant; }
   std::vector<int64_t> WeightShape() const;
   std::vector<int64_t> BiasShape() const;
   // Where the output channel stands in the weight's shape: weight normalisation has one norm for each of them.

@@ -81,6 +81,16 @@ TEST(TensorRegistry, ShapesAtHalfTheSize) {
   EXPECT_THAT(Find(tensors, "decoder.texture_conv.6.bias").shape, ElementsAre(3, 512, 512));
 }
 
+// The paper's table: (21918 + 3 x 512^2) x 128 weights each way; the bilinear decoder has three times the texture's.
+TEST(TensorRegistry, LinearModelsHaveThePapersSize) {
+  Architecture a = Paper(512);
+  a.model = ModelKind::kLinear;
+  const int64_t outputs = 21918 + 3 * 512 * 512, biases = 128 + 128 + 128 + outputs;
+  EXPECT_EQ(ParameterCount(a), 2 * outputs * 128 + biases);
+  a.model = ModelKind::kBilinear;
+  EXPECT_EQ(ParameterCount(a), 2 * outputs * 128 + biases + 2 * 3 * 512 * 512 * 128);
+}
+
 TEST(TensorRegistry, MultifaceShapesAtHalfTheSize) {
   Architecture a = Paper(512);
   a.layout = Layout::kMultiface;

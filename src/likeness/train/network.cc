@@ -42,6 +42,8 @@ double FanIn(const LayerInfo& info) {
     case LayerKind::kUpsampledConvolution:
     case LayerKind::kSameConvolution:
       return info.in * kSameKernel * kSameKernel;
+    case LayerKind::kConstant:
+      break;
   }
   return 1;
 }
@@ -54,7 +56,11 @@ constexpr double kHiddenGain = 1.387;  // sqrt(2 / (1 + 0.2^2)): keeps the varia
 constexpr double kOutputGain = 0.1;
 constexpr double kReferenceFanIn = 256;
 
+// A linear model's code is the sum of two layers' outputs.
+constexpr double kLinearGain = M_SQRT1_2;
+
 bool IsOutput(const LayerInfo& info, const Architecture& architecture) {
+  if (architecture.model != ModelKind::kDeep) return info.name.starts_with("decoder.");
   const size_t last = DecoderChannels(architecture).size() - 2;
   return info.name == "decoder.mesh_fc" || info.name == "encoder.log_sigma_fc" ||
          info.name == fmt::format("decoder.texture_conv.{}", last) ||
@@ -81,6 +87,8 @@ torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& x, const torch::
                            /*padding=*/1);
     case LayerKind::kSameConvolution:
       return torch::conv2d(x, weight, bias, /*stride=*/1, /*padding=*/1);
+    case LayerKind::kConstant:
+      return bias.expand({x.size(0), info.out});
   }
   return {};
 }
@@ -89,6 +97,11 @@ torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& x, const torch::
 torch::Tensor Residual(const Layer& layer, const torch::Tensor& x, double slope) {
   const torch::Tensor y = x + layer(x);
   return slope == 1 ? y : torch::leaky_relu(y, slope);
+}
+
+double GainOf(const LayerInfo& info, const Architecture& architecture) {
+  if (IsOutput(info, architecture)) return kOutputGain;
+  return architecture.model == ModelKind::kDeep ? kHiddenGain : kLinearGain;
 }
 
 torch::Tensor ToTorch(const Tensor& tensor, torch::TensorOptions options) {
@@ -106,9 +119,10 @@ Tensor FromTorch(const torch::Tensor& tensor) {
 Layer::Layer(const LayerInfo& info, const Architecture& architecture, double gain, torch::Generator generator,
              torch::TensorOptions options)
     : info_(info), whole_(architecture.normalisation == Normalisation::kWeightTensor) {
+  bias_ = LaidOut(torch::zeros(info.BiasShape(), options));
+  if (!info.HasWeight()) return;
   const double deviation = gain / std::sqrt(FanIn(info));
   weight_ = (torch::randn(info.WeightShape(), generator, torch::kFloat32) * deviation).to(options);
-  bias_ = LaidOut(torch::zeros(info.BiasShape(), options));
   if (info.untied_bias && architecture.untied_bias == UntiedBias::kDecoderAndChannel) {
     channel_bias_ = torch::zeros(info.out, options);
   }
@@ -171,7 +185,8 @@ torch::Tensor Layer::BatchNormalised(const torch::Tensor& x, double slope) const
 
 std::vector<Parameter> Layer::parameters() const {
   const bool direction = gain_.defined() && !mean_.defined();
-  std::vector<Parameter> all = {{info_.name + (direction ? ".direction" : ".weight"), weight_}};
+  std::vector<Parameter> all;
+  if (info_.HasWeight()) all.push_back({info_.name + (direction ? ".direction" : ".weight"), weight_});
   if (gain_.defined()) all.push_back({info_.name + ".gain", gain_});
   if (channel_bias_.defined()) all.push_back({info_.name + ".channel_bias", channel_bias_});
   all.push_back({info_.name + ".bias", bias_});
@@ -188,8 +203,7 @@ Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorO
   architecture.Check();
   torch::Generator generator = at::detail::createCPUGenerator(seed);
   for (const LayerInfo& info : Layers(architecture)) {
-    layers_.emplace_back(info, architecture, IsOutput(info, architecture) ? kOutputGain : kHiddenGain, generator,
-                         options);
+    layers_.emplace_back(info, architecture, GainOf(info, architecture), generator, options);
   }
   Connect();
 }
@@ -199,7 +213,7 @@ Network::Network(const Architecture& architecture, const std::map<std::string, T
     : architecture_(architecture) {
   architecture.Check();
   for (const LayerInfo& info : Layers(architecture)) {
-    layers_.emplace_back(info, ToTorch(weights.at(info.name + ".weight"), options),
+    layers_.emplace_back(info, info.HasWeight() ? ToTorch(weights.at(info.name + ".weight"), options) : torch::Tensor(),
                          ToTorch(weights.at(info.name + ".bias"), options));
   }
   Connect();
@@ -207,6 +221,7 @@ Network::Network(const Architecture& architecture, const std::map<std::string, T
 
 void Network::Connect() {
   for (const Layer& layer : layers_) by_name_[layer.info().name] = &layer;
+  if (architecture_.model != ModelKind::kDeep) return;
   for (size_t i = 0; i < EncoderChannels(architecture_).size(); ++i) texture_encoder_.push_back(StageOf("encoder", i));
   for (size_t i = 1; i < DecoderChannels(architecture_).size(); ++i) {
     texture_decoder_.push_back(StageOf("decoder", i - 1));
@@ -228,6 +243,7 @@ const Layer& Network::layer(const std::string& name) const {
 }
 
 Network::Encoding Network::Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices) const {
+  if (architecture_.model != ModelKind::kDeep) return EncodeLinearly(average_texture, vertices);
   torch::Tensor features = average_texture;
   for (const TextureStage& stage : texture_encoder_) {
     features = (*stage.convolution)(features, kLeakySlope);
@@ -243,7 +259,21 @@ Network::Encoding Network::Encode(const torch::Tensor& average_texture, const to
   return {code[0] * scales.mu, code[1] * scales.log_sigma};
 }
 
+// Textures lie in memory with red, green and blue of a texel side by side: no copy is made here.
+Network::Encoding Network::EncodeLinearly(const torch::Tensor& average_texture, const torch::Tensor& vertices) const {
+  const torch::Tensor texels = average_texture.permute({0, 2, 3, 1}).flatten(1);
+  return {layer("encoder.texture_fc")(texels) + layer("encoder.mesh_fc")(vertices), layer("encoder.log_sigma")(texels)};
+}
+
+torch::Tensor Network::DecodeTextureLinearly(const torch::Tensor& code, const torch::Tensor& view) const {
+  const bool bilinear = architecture_.model == ModelKind::kBilinear;
+  const torch::Tensor factors = bilinear ? (view.unsqueeze(2) * code.unsqueeze(1)).flatten(1) : code;
+  const int64_t size = architecture_.texture_size;
+  return layer("decoder.texture_fc")(factors).view({-1, size, size, 3}).permute({0, 3, 1, 2});
+}
+
 torch::Tensor Network::CodeFeatures(const torch::Tensor& code) const {
+  if (architecture_.model != ModelKind::kDeep) return code;
   return layer("decoder.code_fc")(code, kLeakySlope);
 }
 
@@ -254,6 +284,8 @@ torch::Tensor Network::DecodeVertices(const torch::Tensor& code) const {
 Network::Decoding Network::Decode(const torch::Tensor& code, const torch::Tensor& view) const {
   const torch::Tensor code_features = CodeFeatures(code);
   const torch::Tensor vertices = layer("decoder.mesh_fc")(code_features);
+
+  if (architecture_.model != ModelKind::kDeep) return {DecodeTextureLinearly(code, view), vertices};
 
   const torch::Tensor view_features =
       by_name_.count("decoder.view_fc") != 0 ? layer("decoder.view_fc")(view, kLeakySlope) : view;
@@ -291,7 +323,7 @@ std::map<std::string, Tensor> Network::Folded() const {
   const torch::NoGradGuard no_grad;
   std::map<std::string, Tensor> weights;
   for (const Layer& layer : layers_) {
-    weights[layer.info().name + ".weight"] = FromTorch(layer.Weight());
+    if (layer.info().HasWeight()) weights[layer.info().name + ".weight"] = FromTorch(layer.Weight());
     weights[layer.info().name + ".bias"] = FromTorch(layer.Bias());
   }
   return weights;

@@ -116,6 +116,8 @@ class Network {
     const Layer* convolution = nullptr;
     const Layer* residual = nullptr;
   };
+  Encoding EncodeLinearly(const torch::Tensor& average_texture, const torch::Tensor& vertices) const;
+  torch::Tensor DecodeTextureLinearly(const torch::Tensor& code, const torch::Tensor& view) const;
   TextureStage StageOf(const std::string& network, size_t index) const;
   std::vector<TextureStage> texture_encoder_;  // from the image inwards
   std::vector<TextureStage> texture_decoder_;  // from the inside to the image

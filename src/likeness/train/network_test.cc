@@ -98,6 +98,9 @@ std::vector<Choice> Choices() {
       }));
     }
   }
+  for (const char* model : {"linear", "bilinear"}) {
+    choices.push_back(Choose(model, [&](Architecture& a) { a.model = ParseModelKind(model); }));
+  }
   choices.push_back(Choose("nearest", [](Architecture& a) { a.upsampling = Upsampling::kNearest; }));
   choices.push_back(Choose("residual", [](Architecture& a) { a.residual = true; }));
   choices.push_back(Choose("nearest residual batch", [](Architecture& a) {

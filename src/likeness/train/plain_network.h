@@ -92,8 +92,26 @@ struct PlainNetwork {
 
   bool Has(const std::string& name) const { return weights.count(name + ".weight") != 0; }
 
+  // Red, green, blue of every texel of an image that has them channel by channel, or back.
+  Values Interleaved(const Values& x, bool back) const {
+    Values y(x.size());
+    const size_t texels = x.size() / 3;
+    for (size_t i = 0; i < texels; ++i) {
+      for (size_t c = 0; c < 3; ++c) {
+        (back ? y[c * texels + i] : y[3 * i + c]) = back ? x[3 * i + c] : x[c * texels + i];
+      }
+    }
+    return y;
+  }
+
   // mu, then log sigma.
   Values Encode(Values texture, const Values& vertices) const {
+    if (architecture.model != ModelKind::kDeep) {
+      const std::vector<float>& log_sigma = weights.at("encoder.log_sigma.bias").values;
+      return Concatenate(
+          Sum(Apply("encoder.texture_fc", Interleaved(texture, false), 1), Apply("encoder.mesh_fc", vertices, 1)),
+          Values(log_sigma.begin(), log_sigma.end()));
+    }
     int size = architecture.texture_size;
     for (size_t i = 0; size > InnerSize(architecture); ++i, size /= 2) {
       texture = Activate(Apply("encoder.texture_conv." + std::to_string(i), texture, size));
@@ -111,10 +129,19 @@ struct PlainNetwork {
   }
 
   Values DecodeVertices(const Values& code) const {
+    if (architecture.model != ModelKind::kDeep) return Apply("decoder.mesh_fc", code, 1);
     return Apply("decoder.mesh_fc", Activate(Apply("decoder.code_fc", code, 1)), 1);
   }
 
   Values DecodeTexture(const Values& code, Values view) const {
+    if (architecture.model == ModelKind::kLinear) return Interleaved(Apply("decoder.texture_fc", code, 1), true);
+    if (architecture.model == ModelKind::kBilinear) {
+      Values products;
+      for (const double v : view) {
+        for (const double z : code) products.push_back(v * z);
+      }
+      return Interleaved(Apply("decoder.texture_fc", products, 1), true);
+    }
     if (Has("decoder.view_fc")) view = Activate(Apply("decoder.view_fc", view, 1));
     Values joined = Activate(Apply("decoder.code_fc", code, 1));
     if (!Has("decoder.view_add.0")) joined = Concatenate(view, joined);

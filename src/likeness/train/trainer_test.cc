@@ -99,6 +99,26 @@ TEST_F(Training, CodesInTheFileAreTheModelsOwn) {
   for (size_t i = 0; i < mu.size(); ++i) EXPECT_NEAR(mu[i], code.mu[i], 1e-5);
 }
 
+// The linear model's textures cannot follow the view, the bilinear one's can.
+TEST_F(Training, LinearModelsLearnAndDecode) {
+  options_.iterations = 400;
+  options_.learning_rate = 5e-3;
+  double texture_loss[2] = {};
+  for (const bool bilinear : {false, true}) {
+    options_.model = bilinear ? "bilinear" : "linear";
+    options_.out = folder_ / options_.model;
+    const TrainResult result = Train(options_, kNever);
+    texture_loss[bilinear ? 1 : 0] = result.loss_texture;
+    EXPECT_LT(result.loss_geometry, 0.1) << options_.model;
+    const auto model = AvatarModel::Load(result.avatar);
+    const FrameCode& code = model->avatar().codes[1];
+    const DecodedFrame front = model->Decode(code.mu, {0, 0, 1}), side = model->Decode(code.mu, {1, 0, 0});
+    EXPECT_EQ(front.texture == side.texture, !bilinear);
+    EXPECT_EQ(front.vertices_in_head, side.vertices_in_head);
+  }
+  EXPECT_LT(texture_loss[1], 0.5 * texture_loss[0]);
+}
+
 // Running statistics are part of the checkpoint, and follow the mean weights at the end.
 TEST_F(Training, BatchNormalisationResumesAndIsFoldedIntoTheFile) {
   options_.normalisation = "batch";
