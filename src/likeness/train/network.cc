@@ -198,8 +198,13 @@ std::vector<Parameter> Layer::statistics() const {
   return {{info_.name + ".mean", mean_}, {info_.name + ".variance", variance_}};
 }
 
-Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options)
-    : architecture_(architecture) {
+Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options,
+                 const ColourOptions& colours)
+    : architecture_(architecture), colours_(colours) {
+  if (colours.cameras > 0) {
+    colour_gain_ = torch::zeros({colours.cameras - 1, 3}, options);
+    colour_bias_ = torch::zeros({colours.cameras - 1, 3}, options);
+  }
   architecture.Check();
   torch::Generator generator = at::detail::createCPUGenerator(seed);
   for (const LayerInfo& info : Layers(architecture)) {
@@ -303,8 +308,18 @@ Network::Decoding Network::Decode(const torch::Tensor& code, const torch::Tensor
   return {features, vertices};
 }
 
+torch::Tensor Network::InCameraColours(const torch::Tensor& texture, const torch::Tensor& camera) const {
+  if (colours_.cameras == 0) return texture;
+  const auto of_camera = [&](const torch::Tensor& values) {
+    const torch::Tensor first = torch::zeros({1, 3}, values.options());
+    return colours_.rate * torch::cat({first, values}).index_select(0, camera).view({-1, 3, 1, 1});
+  };
+  return texture * (1 + of_camera(colour_gain_)) + of_camera(colour_bias_);
+}
+
 std::vector<Parameter> Network::parameters() const {
   std::vector<Parameter> all;
+  if (colours_.cameras > 1) all = {{"colour.gain", colour_gain_}, {"colour.bias", colour_bias_}};
   for (const Layer& layer : layers_) {
     for (Parameter& parameter : layer.parameters()) all.push_back(std::move(parameter));
   }

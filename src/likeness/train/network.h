@@ -65,11 +65,21 @@ class Layer {
   torch::Tensor channel_bias_;  // [out]; mostly undefined
 };
 
+// A gain and a bias for each training camera and colour on the standardised texture, as in Multiface: cameras differ in
+// their colours, and the avatar should not. The first camera's are 1 and 0. They are no part of an avatar file, which
+// has the first camera's colours.
+struct ColourOptions {
+  int cameras = 0;  // 0: no colours
+  double rate =
+      1;  // their learning rate, times the network's: gain = 1 + rate * colour.gain, and the same for the bias
+};
+
 // Everything is standardised: textures [N, 3, S, S] with row 0 at v = 1, vertices [N, 3 V] x y z after x y z.
 class Network {
  public:
   // Random weights by seed, on options' device and of its type (float32; float64 for tests).
-  Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options = torch::kFloat32);
+  Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options = torch::kFloat32,
+          const ColourOptions& colours = {});
   // The weights of an avatar file; they are borrowed where options name the CPU and float32, so keep them alive.
   Network(const Architecture& architecture, const std::map<std::string, Tensor>& weights,
           torch::TensorOptions options = torch::kFloat32);
@@ -92,6 +102,10 @@ class Network {
   // The vertices alone: they do not depend on the view.
   torch::Tensor DecodeVertices(const torch::Tensor& code) const;
 
+  // The texture as the cameras have it: gain * texture + bias. Without colours, the texture.
+  //   camera  [N] int64, index of the training camera
+  torch::Tensor InCameraColours(const torch::Tensor& texture, const torch::Tensor& camera) const;
+
   const Architecture& architecture() const { return architecture_; }
   const Layer& layer(const std::string& name) const;
 
@@ -108,7 +122,9 @@ class Network {
   torch::Tensor CodeFeatures(const torch::Tensor& code) const;
 
   Architecture architecture_;
-  std::vector<Layer> layers_;  // in the registry's order; fixed after construction
+  ColourOptions colours_;
+  torch::Tensor colour_gain_, colour_bias_;  // [cameras - 1, 3]
+  std::vector<Layer> layers_;                // in the registry's order; fixed after construction
   std::map<std::string, const Layer*> by_name_;
   // A convolution, with what can stand before and after it.
   struct TextureStage {

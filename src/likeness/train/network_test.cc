@@ -240,6 +240,43 @@ TEST(Layer, BatchNormalisationByHand) {
   EXPECT_LT(follows(value(layer.statistics(), ".variance"), old_var, variance), 1e-12);
 }
 
+// gain = 1 + rate * parameter, bias = rate * parameter; the first camera is left as it is.
+TEST(Network, CameraColours) {
+  const Network network(Small(), 1, torch::kFloat64, {3, 0.5});
+  Stir(network, 2);
+  std::map<std::string, torch::Tensor> colours;
+  for (const Parameter& parameter : network.parameters()) {
+    if (parameter.name.starts_with("colour.")) colours[parameter.name] = parameter.value.requires_grad_();
+  }
+  const torch::Tensor texture = torch::randn({4, 3, 8, 8}, torch::kFloat64);
+  const torch::Tensor camera = torch::tensor({2, 0, 1, 2}, torch::kInt64);
+  const torch::Tensor seen = network.InCameraColours(texture, camera);
+  EXPECT_TRUE(torch::equal(seen[1], texture[1]));
+  for (const int n : {0, 2, 3}) {
+    const int64_t row = camera[n].item<int64_t>() - 1;
+    for (int c = 0; c < 3; ++c) {
+      const double gain = 1 + 0.5 * colours["colour.gain"][row][c].item<double>();
+      const double bias = 0.5 * colours["colour.bias"][row][c].item<double>();
+      EXPECT_LT((seen[n][c] - (texture[n][c] * gain + bias)).abs().max().item<double>(), 1e-14);
+    }
+  }
+  const auto loss = [&] { return network.InCameraColours(texture, camera).pow(3).mean(); };
+  loss().backward();
+  const torch::NoGradGuard no_grad;
+  for (auto& [name, value] : colours) {
+    for (int64_t i = 0; i < value.numel(); ++i) {
+      double& at = value.mutable_data_ptr<double>()[i];
+      const double saved = at, step = 1e-5;
+      at = saved + step;
+      const double above = loss().item<double>();
+      at = saved - step;
+      const double below = loss().item<double>();
+      at = saved;
+      EXPECT_NEAR(value.grad().flatten()[i].item<double>(), (above - below) / (2 * step), 1e-8) << name << " " << i;
+    }
+  }
+}
+
 // Parameters as the trainer has them, against the list of keys of a published checkpoint of 38 cameras, whose colours
 // are 6 values a camera.
 TEST(Network, MultifaceHasThePublishedParameters) {
@@ -249,8 +286,9 @@ TEST(Network, MultifaceHasThePublishedParameters) {
   a.vertex_count = 7306;
   a.latent = 256;
   int64_t count = 0;
-  for (const Parameter& parameter : Network(a, 1).parameters()) count += parameter.value.numel();
-  EXPECT_EQ(count, 24'313'578);
+  for (const Parameter& parameter : Network(a, 1, torch::kFloat32, {38}).parameters()) count += parameter.value.numel();
+  // The list counts the first camera's constants too.
+  EXPECT_EQ(count + 6, 24'313'578 + 6 * 38);
 }
 
 TEST(Network, SeedsDecideTheWeights) {

@@ -33,6 +33,7 @@ void TrainOptions::Check() const {
   InRange("views", views, 1, batch);
   if (batch % views != 0) throw Error("--batch is {}, no multiple of --views {}", batch, views);
   InRange("learning-rate", learning_rate, 1e-9, 1);
+  InRange("colour-rate", colour_rate, 0, 1e6);
   InRange("warmup", warmup, 0, 1);
   InRange("clip", clip, 0, 1e9);
   InRange("average", average, 0, 1);
@@ -58,6 +59,8 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("upsampling", upsampling);
   add("residual", residual);
   add("geometry", geometry);
+  add("colours", colours);
+  add("colour-rate", colour_rate);
   add("iterations", iterations);
   add("minutes", minutes);
   add("batch", batch);
@@ -97,6 +100,7 @@ TrainOptions PresetOptions(const std::string& preset) {
     options.normalisation = "weight-tensor";
     options.untied_bias = "decoder+channel";
     options.layout = "multiface";
+    options.colours = true;
     options.clip = 10;
   }
   options.Check();

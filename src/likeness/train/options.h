@@ -34,6 +34,8 @@ struct TrainOptions {
   std::string upsampling = "transposed";
   bool residual = false;
   std::string geometry = "tracked";
+  bool colours = false;    // a gain and a bias for each camera and colour but the first one's; see ColourOptions
+  double colour_rate = 1;  // their learning rate, times learning_rate
 
   // The run ends at whichever comes first; 0 sets no limit of that kind.
   int64_t iterations = 0;

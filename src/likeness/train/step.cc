@@ -16,7 +16,8 @@ StepValues TrainStep(const Network& network, Optimiser& optimiser, const Batch& 
   const torch::Tensor sigma = encoding.log_sigma.exp().repeat_interleave(views, 0);
   const torch::Tensor noise =
       torch::randn(mu.sizes(), at::detail::createCPUGenerator(noise_seed), torch::kFloat32).to(mu.options());
-  const Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view);
+  Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view);
+  decoding.texture = network.InCameraColours(decoding.texture, batch.camera);
   const Loss loss = ComputeLoss(weights, batch, encoding, decoding);
 
   optimiser.ZeroGradients();

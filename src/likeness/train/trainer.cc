@@ -44,8 +44,8 @@ int LargestSize(const std::filesystem::path& capture) {
 
 Batch ToDevice(const Batch& batch, torch::Device device) {
   if (device.is_cpu()) return batch;
-  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device), batch.seen.to(device),
-          batch.view.to(device)};
+  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device),
+          batch.seen.to(device),    batch.view.to(device),     batch.camera.to(device)};
 }
 
 // Where a run stands between its beginning, 0, and its end, 1.
@@ -187,7 +187,8 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
           dataset.frames().size(), dataset.size(), dataset.size(),
           static_cast<double>(ParameterCount(architecture)) * 1e-6);
 
-  const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device));
+  const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device),
+                        ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
   Optimiser optimiser(network.parameters(), network.statistics());
   const std::filesystem::path checkpoint = options.out / "checkpoint.safetensors";
   RunState run;

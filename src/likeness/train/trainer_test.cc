@@ -119,6 +119,22 @@ TEST_F(Training, LinearModelsLearnAndDecode) {
   EXPECT_LT(texture_loss[1], 0.5 * texture_loss[0]);
 }
 
+// Each camera's colours are part of the checkpoint, and move; the file has the network alone.
+TEST_F(Training, CameraColoursResumeBitForBit) {
+  options_.colours = true;
+  options_.colour_rate = 2;
+  const TrainResult result = Train(options_, kNever);
+  TrainOptions interrupted = options_;
+  interrupted.out = folder_ / "interrupted";
+  Train(interrupted, After(5));
+  Train(interrupted, kNever);
+  const Avatar whole = LoadAvatar(result.avatar), pieces = LoadAvatar(interrupted.out / "avatar.safetensors");
+  for (const auto& [name, tensor] : whole.weights) EXPECT_EQ(tensor.values, pieces.weights.at(name).values) << name;
+  options_.colours = false;
+  options_.out = folder_ / "plain";
+  EXPECT_NE(Train(options_, kNever).loss_texture, result.loss_texture);
+}
+
 // Running statistics are part of the checkpoint, and follow the mean weights at the end.
 TEST_F(Training, BatchNormalisationResumesAndIsFoldedIntoTheFile) {
   options_.normalisation = "batch";
