@@ -7,6 +7,7 @@
 
 #include "likeness/app/capture_flags.h"
 #include "likeness/app/command.h"
+#include "likeness/app/import_multiface.h"
 #include "likeness/app/verbs.h"
 #include "likeness/base/file.h"
 #include "likeness/base/text.h"
@@ -25,6 +26,7 @@ struct OwnVerb {
 };
 constexpr OwnVerb kOwnVerbs[] = {
     {"ava256", RunConvert, "the same as likeness convert SOURCE OUT, whose options it takes"},
+    {"multiface", RunImportMultiface, "a published checkpoint to an avatar; likeness import multiface --help"},
 };
 
 // Those, after the kinds that ImportCapture reads.

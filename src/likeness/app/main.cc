@@ -25,7 +25,7 @@ struct VerbEntry {
 // In the order of the pipeline.
 const std::vector<VerbEntry> kVerbs = {
     {"simulate", RunSimulate, "makes a multi-camera capture of a simulated head"},
-    {"import", RunImport, "makes a capture from other tools' calibrations and your files"},
+    {"import", RunImport, "makes captures from other tools' files, avatars from published checkpoints"},
     {"convert", RunConvert, "copies a capture, or a part of it, into the layout that is written"},
     {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
     {"validate", RunValidate, "finds what is wrong with a capture, and says what to do"},

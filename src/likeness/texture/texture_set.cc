@@ -20,9 +20,9 @@ bool Exists(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
-double ReadVariance(const fs::path& path) { return ParseVariance(path, ReadFile(path, 1 << 12)); }
-
 }  // namespace
+
+double ReadVariance(const fs::path& path) { return ParseVariance(path, ReadFile(path, 1 << 12)); }
 
 double ParseVariance(const fs::path& path_for_errors, std::string_view text) {
   TextLines lines(path_for_errors, text);

@@ -60,4 +60,7 @@ class TextureSet {
   const int size_;
 };
 
+// Reads a variance: one positive number in a text file. Throws Error.
+double ReadVariance(const std::filesystem::path& path);
+
 }  // namespace likeness

@@ -30,14 +30,16 @@ void Shuffle(std::vector<T>& values, Random& random) {
 Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes)
     : textures_(textures), frames_(capture.TrainingFrames()), statistics_(StatisticsOf(textures.ReadStatistics())) {
   const std::vector<Camera> cameras = capture.TrainingCameras();
+  cameras_ = static_cast<int>(cameras.size());
   for (int f = 0; f < static_cast<int>(frames_.size()); ++f) {
     const TrackedFrame tracked = capture.ReadTracked(frames_[f]);
     vertices_.push_back(tracked.vertices_in_head);
     samples_of_frame_.emplace_back();
-    for (const Camera& camera : cameras) {
+    for (int c = 0; c < cameras_; ++c) {
+      const Camera& camera = cameras[c];
       if (!textures.HasTexture(frames_[f], camera.name)) continue;
       samples_of_frame_[f].push_back(static_cast<int>(samples_.size()));
-      samples_.push_back({f, camera.name, ViewVector(camera, tracked.world_from_head).cast<float>()});
+      samples_.push_back({f, camera.name, c, ViewVector(camera, tracked.world_from_head).cast<float>()});
     }
   }
   if (samples_.empty()) {
@@ -86,7 +88,7 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
   const int64_t count = static_cast<int64_t>(samples.size()), side = size(), texels = side * side;
   LIKENESS_CHECK(count > 0 && count % views == 0);
   const torch::Tensor texture = torch::empty({count, side, side, 3}), seen = torch::empty({count, 1, side, side});
-  const torch::Tensor view = torch::empty({count, 3});
+  const torch::Tensor view = torch::empty({count, 3}), camera = torch::empty({count}, torch::kInt64);
   std::vector<torch::Tensor> averages, vertices;
   for (int64_t i = 0; i < count; ++i) {
     const Sample& sample = samples_[samples[i]];
@@ -100,9 +102,15 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
     StandardiseTexture(statistics_, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
     float* weight = seen.mutable_data_ptr<float>() + i * texels;
     for (const uint8_t value : read->seen.values()) *weight++ = value != 0 ? 1.0f : 0.0f;
+    camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
     std::copy_n(sample.view.data(), 3, view.mutable_data_ptr<float>() + 3 * i);
   }
-  return {torch::cat(averages).permute({0, 3, 1, 2}), torch::cat(vertices), texture.permute({0, 3, 1, 2}), seen, view};
+  return {torch::cat(averages).permute({0, 3, 1, 2}),
+          torch::cat(vertices),
+          texture.permute({0, 3, 1, 2}),
+          seen,
+          view,
+          camera};
 }
 
 SampleOrder::SampleOrder(std::vector<std::vector<int>> samples_of_frame, int views, uint64_t seed)

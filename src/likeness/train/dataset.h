@@ -21,11 +21,12 @@ namespace likeness {
 // N a multiple of F: texture n belongs to frame n / (N / F). Textures are stored row by row with channels interleaved
 // ("channels last") and seen as [., 3, S, S].
 struct Batch {
-  torch::Tensor average;   // [F, 3, S, S]; 0 where no camera sees a texel
-  torch::Tensor vertices;  // [F, 3 V]
-  torch::Tensor texture;   // [N, 3, S, S]; 0 where not seen
-  torch::Tensor seen;      // [N, 1, S, S]; 1 or 0: the loss's weight w
-  torch::Tensor view;      // [N, 3]
+  torch::Tensor average;      // [F, 3, S, S]; 0 where no camera sees a texel
+  torch::Tensor vertices;     // [F, 3 V]
+  torch::Tensor texture;      // [N, 3, S, S]; 0 where not seen
+  torch::Tensor seen;         // [N, 1, S, S]; 1 or 0: the loss's weight w
+  torch::Tensor view;         // [N, 3]
+  torch::Tensor camera = {};  // [N] int64, index among the training cameras
 };
 
 class Dataset {
@@ -34,6 +35,7 @@ class Dataset {
   struct Sample {
     int frame = 0;  // index into frames()
     std::string camera;
+    int camera_index = 0;  // among the training cameras
     Eigen::Vector3f view;  // head space
   };
 
@@ -42,6 +44,7 @@ class Dataset {
   Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes);
 
   int size() const { return textures_.size(); }
+  int cameras() const { return cameras_; }  // for training
   const std::vector<FrameId>& frames() const { return frames_; }
   const std::vector<Sample>& samples() const { return samples_; }
   // Indices into samples(), for every frame.
@@ -68,6 +71,7 @@ class Dataset {
   std::shared_ptr<const Texels> LoadTexels(int slot) const;
 
   const TextureSet& textures_;
+  int cameras_ = 0;
   std::vector<FrameId> frames_;
   std::vector<Vertices> vertices_;
   std::vector<Sample> samples_;

@@ -8,7 +8,8 @@
 
 namespace likeness {
 
-Optimiser::Optimiser(std::vector<Parameter> parameters) {
+Optimiser::Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics)
+    : statistics_(std::move(statistics)) {
   const torch::NoGradGuard no_grad;
   for (Parameter& parameter : parameters) {
     names_.push_back(parameter.name);
@@ -70,6 +71,7 @@ std::vector<Parameter> Optimiser::State() const {
     state.push_back({"average/" + names_[i], averages_[i]});
   }
   state.push_back({"adam_step", steps_.front()});
+  for (const Parameter& statistic : statistics_) state.push_back({"statistics/" + statistic.name, statistic.value});
   return state;
 }
 

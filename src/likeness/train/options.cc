@@ -33,6 +33,7 @@ void TrainOptions::Check() const {
   InRange("views", views, 1, batch);
   if (batch % views != 0) throw Error("--batch is {}, no multiple of --views {}", batch, views);
   InRange("learning-rate", learning_rate, 1e-9, 1);
+  InRange("colour-rate", colour_rate, 0, 1e6);
   InRange("warmup", warmup, 0, 1);
   InRange("clip", clip, 0, 1e9);
   InRange("average", average, 0, 1);
@@ -56,7 +57,12 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("conditioning", conditioning);
   add("normalisation", normalisation);
   add("untied-bias", untied_bias);
+  add("layout", layout);
+  add("upsampling", upsampling);
+  add("residual", residual);
   add("geometry", geometry);
+  add("colours", colours);
+  add("colour-rate", colour_rate);
   add("iterations", iterations);
   add("minutes", minutes);
   add("batch", batch);
@@ -74,14 +80,14 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
 }
 
 const std::vector<std::string>& PresetNames() {
-  static const std::vector<std::string> names = {"demo", "paper"};
+  static const std::vector<std::string> names = {"demo", "paper", "multiface"};
   return names;
 }
 
 TrainOptions PresetOptions(const std::string& preset) {
   TrainOptions options;
   options.preset = preset;
-  if (preset == "paper") {
+  if (preset == "paper" || preset == "multiface") {
     options.iterations = 200'000;
     options.minutes = 0;
     options.views = 1;
@@ -90,6 +96,14 @@ TrainOptions PresetOptions(const std::string& preset) {
     options.warmup = 0;
     options.clip = 0;
     options.average = 0;
+  }
+  if (preset == "multiface") {
+    options.latent = 256;
+    options.normalisation = "weight-tensor";
+    options.untied_bias = "decoder+channel";
+    options.layout = "multiface";
+    options.colours = true;
+    options.clip = 10;
   }
   options.Check();
   return options;
@@ -105,6 +119,9 @@ Architecture ArchitectureFrom(const TrainOptions& options, int size, int vertex_
   architecture.conditioning = ParseConditioning(options.conditioning);
   architecture.normalisation = ParseNormalisation(options.normalisation);
   architecture.untied_bias = ParseUntiedBias(options.untied_bias);
+  architecture.layout = ParseLayout(options.layout);
+  architecture.upsampling = ParseUpsampling(options.upsampling);
+  architecture.residual = options.residual;
   architecture.geometry = ParseGeometry(options.geometry);
   architecture.Check();
   return architecture;

@@ -30,7 +30,12 @@ struct TrainOptions {
   std::string conditioning = "fc8";
   std::string normalisation = "weight";
   std::string untied_bias = "everywhere";
+  std::string layout = "paper";
+  std::string upsampling = "transposed";
+  bool residual = false;
   std::string geometry = "tracked";
+  bool colours = false;    // a gain and a bias for each camera and colour but the first one's; see ColourOptions
+  double colour_rate = 1;  // their learning rate, times learning_rate
 
   // The run ends at whichever comes first; 0 sets no limit of that kind.
   int64_t iterations = 0;
@@ -66,7 +71,8 @@ struct TrainOptions {
 };
 
 // "demo": the best picture after some minutes on a few cores. "paper": Lombardi et al. 2018, 200,000 iterations at a
-// constant rate; the rate itself, which the paper does not tell, is Multiface's.
+// constant rate; the rate itself, which the paper does not tell, is Multiface's. "multiface": that project's network,
+// with its batch, rate and clipping; its decay of the rate by epochs is left out.
 const std::vector<std::string>& PresetNames();
 TrainOptions PresetOptions(const std::string& preset);
 

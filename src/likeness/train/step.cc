@@ -22,7 +22,8 @@ StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& 
       torch::randn({peers.count() * samples, mu.size(1)}, at::detail::createCPUGenerator(noise_seed), torch::kFloat32)
           .narrow(0, peers.rank() * samples, samples)
           .to(mu.options());
-  const Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view);
+  Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view);
+  decoding.texture = network.InCameraColours(decoding.texture, batch.camera);
   const Loss loss = ComputeLoss(weights, batch, encoding, decoding);
 
   optimiser.ZeroGradients();

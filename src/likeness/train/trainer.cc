@@ -50,8 +50,8 @@ int LargestSize(const std::filesystem::path& capture) {
 
 Batch ToDevice(const Batch& batch, torch::Device device) {
   if (device.is_cpu()) return batch;
-  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device), batch.seen.to(device),
-          batch.view.to(device)};
+  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device),
+          batch.seen.to(device),    batch.view.to(device),     batch.camera.to(device)};
 }
 
 // Where a run stands between its beginning, 0, and its end, 1.
@@ -73,6 +73,19 @@ double AverageDecay(double share, const RunState& run, double position) {
   const double steps = static_cast<double>(run.iteration + 1);
   const double reach = std::max(1.0, share * steps / std::max(position, 1e-6));
   return std::min(std::exp(-static_cast<double>(kAverageEvery) / reach), steps / (steps + 10));
+}
+
+// Lets the running statistics of batch normalisation follow the mean weights, which they were not met with.
+void RefreshStatistics(const Network& network, const Dataset& dataset, const TrainOptions& options,
+                       torch::Device device) {
+  if (network.statistics().empty()) return;
+  constexpr int kBatches = 50;  // a running mean of momentum 0.1 has forgotten all but 0.5% of what was before
+  const SampleOrder order(dataset.samples_of_frame(), options.views, options.seed);
+  for (int i = 0; i < kBatches; ++i) {
+    const Batch batch = ToDevice(dataset.Read(order.Samples(i, options.batch), options.views), device);
+    const torch::Tensor mu = network.Encode(batch.average, batch.vertices).mu;
+    network.Decode(mu.repeat_interleave(options.views, 0), batch.view);
+  }
 }
 
 // Codes of all frames, by the network as it is.
@@ -193,8 +206,9 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
           dataset.frames().size(), dataset.size(), dataset.size(),
           static_cast<double>(ParameterCount(architecture)) * 1e-6);
 
-  const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device));
-  Optimiser optimiser(network.parameters());
+  const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device),
+                        ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
+  Optimiser optimiser(network.parameters(), network.statistics());
   // The first process alone writes.
   std::optional<FolderLock> lock;
   if (peers.IsFirst()) lock.emplace(options.out);
@@ -290,7 +304,10 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
 
   result.avatar = options.out / "avatar.safetensors";
   if (run.iteration == first && std::filesystem::exists(result.avatar)) return result;
-  if (options.average > 0) optimiser.SwapAverage();
+  if (options.average > 0) {
+    optimiser.SwapAverage();
+    RefreshStatistics(network, dataset, options, device);
+  }
   SaveAvatar(result.avatar, MakeAvatar(network, dataset, *capture, options, run, device));
   log->WritePicture(run, Preview(network, dataset, device));
   return result;

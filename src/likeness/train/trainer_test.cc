@@ -109,6 +109,77 @@ TEST_F(Training, CodesInTheFileAreTheModelsOwn) {
   for (size_t i = 0; i < mu.size(); ++i) EXPECT_NEAR(mu[i], code.mu[i], 1e-5);
 }
 
+// The linear model's textures cannot follow the view, the bilinear one's can.
+TEST_F(Training, LinearModelsLearnAndDecode) {
+  options_.iterations = 400;
+  options_.learning_rate = 5e-3;
+  double texture_loss[2] = {};
+  for (const bool bilinear : {false, true}) {
+    options_.model = bilinear ? "bilinear" : "linear";
+    options_.out = folder_ / options_.model;
+    const TrainResult result = Train(options_, kNever);
+    texture_loss[bilinear ? 1 : 0] = result.loss_texture;
+    EXPECT_LT(result.loss_geometry, 0.1) << options_.model;
+    const auto model = AvatarModel::Load(result.avatar);
+    const FrameCode& code = model->avatar().codes[1];
+    const DecodedFrame front = model->Decode(code.mu, {0, 0, 1}), side = model->Decode(code.mu, {1, 0, 0});
+    EXPECT_EQ(front.texture == side.texture, !bilinear);
+    EXPECT_EQ(front.vertices_in_head, side.vertices_in_head);
+  }
+  EXPECT_LT(texture_loss[1], 0.5 * texture_loss[0]);
+}
+
+// Each camera's colours are part of the checkpoint, and move; the file has the network alone.
+TEST_F(Training, CameraColoursResumeBitForBit) {
+  options_.colours = true;
+  options_.colour_rate = 2;
+  const TrainResult result = Train(options_, kNever);
+  TrainOptions interrupted = options_;
+  interrupted.out = folder_ / "interrupted";
+  Train(interrupted, After(5));
+  Train(interrupted, kNever);
+  const Avatar whole = LoadAvatar(result.avatar), pieces = LoadAvatar(interrupted.out / "avatar.safetensors");
+  for (const auto& [name, tensor] : whole.weights) EXPECT_EQ(tensor.values, pieces.weights.at(name).values) << name;
+  options_.colours = false;
+  options_.out = folder_ / "plain";
+  EXPECT_NE(Train(options_, kNever).loss_texture, result.loss_texture);
+}
+
+// Running statistics are part of the checkpoint, and follow the mean weights at the end.
+TEST_F(Training, BatchNormalisationResumesAndIsFoldedIntoTheFile) {
+  options_.normalisation = "batch";
+  options_.conditioning = "fc8-all";
+  options_.iterations = 120;
+  options_.learning_rate = 5e-3;
+  const TrainResult result = Train(options_, kNever);
+  EXPECT_LT(result.loss_texture, 0.3);
+  TrainOptions interrupted = options_;
+  interrupted.out = folder_ / "interrupted";
+  Train(interrupted, After(50));
+  Train(interrupted, kNever);
+  const Avatar whole = LoadAvatar(result.avatar), pieces = LoadAvatar(interrupted.out / "avatar.safetensors");
+  for (const auto& [name, tensor] : whole.weights) EXPECT_EQ(tensor.values, pieces.weights.at(name).values) << name;
+
+  // The file's network, which knows no statistics, predicts the training textures about as well as training's batches.
+  const AvatarModel model(whole);
+  const auto capture = OpenCapture(options_.capture);
+  const TextureSet textures(*capture, 16);
+  double squares = 0, count = 0;
+  for (const FrameId& frame : capture->TrainingFrames()) {
+    const TrackedFrame tracked = capture->ReadTracked(frame);
+    const std::vector<float> mu = model.Encode(textures.ReadAverage(frame), tracked.vertices_in_head);
+    for (const Camera& camera : capture->TrainingCameras()) {
+      const DecodedFrame decoded = model.Decode(mu, ViewVector(camera, tracked.world_from_head));
+      const ImageU8 truth = textures.ReadTexture(frame, camera.name), mask = textures.ReadMask(frame, camera.name);
+      for (size_t i = 0; i < truth.values().size(); ++i) {
+        if (mask.values()[i / 3] != 0) squares += std::pow(decoded.texture.values()[i] - truth.values()[i], 2);
+        ++count;
+      }
+    }
+  }
+  EXPECT_LT(squares / count / whole.texture_variance, 1.5 * result.loss_texture + 0.02);
+}
+
 TEST_F(Training, ResumedEqualsUninterruptedBitForBit) {
   Train(options_, kNever);
   TrainOptions interrupted = options_;
