@@ -20,6 +20,9 @@ struct BenchEntry {
 };
 
 const std::vector<BenchEntry> kBenches = {
+#ifdef LIKENESS_TRAIN
+    {"train", RunBenchTrain, "training steps"},
+#endif
     {"unwrap", RunBenchUnwrap, "one camera image to one texture, on one thread"},
 };
 

@@ -4,6 +4,7 @@
 
 namespace likeness {
 
+int RunBenchTrain(int argc, const char* const* argv);  // with LibTorch
 int RunBenchUnwrap(int argc, const char* const* argv);
 
 }  // namespace likeness

@@ -10,6 +10,7 @@
 #include "likeness/app/verbs.h"
 #include "likeness/base/interrupt.h"
 #include "likeness/base/progress.h"
+#include "likeness/train/ops/precision.h"
 #include "likeness/train/trainer.h"
 
 namespace likeness {
@@ -49,6 +50,7 @@ Command Describe(Arguments& arguments) {
   command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");
   command.Option("seed", &o.seed, "of weights, order and noise");
   command.Option("device", &o.device, "cpu, cuda or cuda:N");
+  command.Choice("precision", &o.precision, PrecisionNames(), "number format of the convolutions");
   command.Option("save-minutes", &o.save_minutes, "between checkpoints");
   command.Option("log-every", &o.log_every, "iterations between rows of log.csv");
   command.Option("workers", &o.workers, "threads that read textures ahead");

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "likeness/base/error.h"
-#include "likeness/train/bias_activation.h"
+#include "likeness/train/ops/convolution.h"
 
 namespace likeness {
 
@@ -92,21 +92,17 @@ torch::Tensor Layer::Weight() const {
 }
 
 torch::Tensor Layer::operator()(const torch::Tensor& x, double slope) const {
-  const torch::Tensor tied = info_.untied_bias ? torch::Tensor() : bias_;
-  torch::Tensor y;
   switch (info_.kind) {
-    case LayerKind::kLinear:
-      y = torch::linear(x, Weight(), bias_);
-      break;
+    case LayerKind::kLinear: {
+      const torch::Tensor y = torch::linear(x.to(weight_.scalar_type()), Weight(), bias_);
+      return slope == 1 ? y : torch::leaky_relu(y, slope);
+    }
     case LayerKind::kConvolution:
-      y = torch::conv2d(x, Weight(), tied, /*stride=*/2, /*padding=*/1);
-      break;
+      return ConvolveAndActivate(ConvolutionKind::kDown, x, Weight(), bias_, slope);
     case LayerKind::kTransposedConvolution:
-      y = torch::conv_transpose2d(x, Weight(), tied, /*stride=*/2, /*padding=*/1);
-      break;
+      return ConvolveAndActivate(ConvolutionKind::kUp, x, Weight(), bias_, slope);
   }
-  if (info_.untied_bias) return AddBiasAndActivate(y, bias_, slope);
-  return slope == 1 ? y : torch::leaky_relu(y, slope);
+  return {};
 }
 
 std::vector<Parameter> Layer::parameters() const {

@@ -50,6 +50,7 @@ struct TrainOptions {
 
   uint64_t seed = 0;
   std::string device = "cpu";
+  std::string precision = "auto";  // see ops/precision.h
   double save_minutes = 5;  // between checkpoints
   int log_every = 10;       // iterations
   int workers = 1;          // threads that read ahead
