@@ -35,6 +35,9 @@ Command Describe(Arguments& arguments) {
   command.Choice("conditioning", &o.conditioning, ConditioningNames(), "how the view enters the decoder");
   command.Choice("normalisation", &o.normalisation, NormalisationNames(), "of the weights or features");
   command.Choice("untied-bias", &o.untied_bias, UntiedBiasNames(), "which convolutions have a bias for every texel");
+  command.Choice("layout", &o.layout, LayoutNames(), "widths of the layers");
+  command.Choice("upsampling", &o.upsampling, UpsamplingNames(), "how the decoder's convolutions double the side");
+  command.Option("residual", &o.residual, "a residual convolution after each convolution");
   command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
   command.Option("iterations", &o.iterations, "end after so many steps; 0: no such limit");
   command.Option("minutes", &o.minutes, "end after so much training; 0: no such limit");

@@ -29,12 +29,22 @@ const std::vector<std::string>& Names<Conditioning>() {
 }
 template <>
 const std::vector<std::string>& Names<Normalisation>() {
-  static const std::vector<std::string> names = {"none", "batch", "weight"};
+  static const std::vector<std::string> names = {"none", "batch", "weight", "weight-tensor"};
   return names;
 }
 template <>
 const std::vector<std::string>& Names<UntiedBias>() {
-  static const std::vector<std::string> names = {"none", "decoder", "everywhere"};
+  static const std::vector<std::string> names = {"none", "decoder", "decoder+channel", "everywhere"};
+  return names;
+}
+template <>
+const std::vector<std::string>& Names<Layout>() {
+  static const std::vector<std::string> names = {"paper", "multiface"};
+  return names;
+}
+template <>
+const std::vector<std::string>& Names<Upsampling>() {
+  static const std::vector<std::string> names = {"transposed", "nearest"};
   return names;
 }
 template <>
@@ -64,6 +74,9 @@ void OnlyAvailable(const char* what, Enum value, std::initializer_list<Enum> ava
   throw Error("{} '{}' is not available yet; available: {}", what, Spelling(value), fmt::join(names, ", "));
 }
 
+constexpr int kPaperInnerSize = 4;
+constexpr int kMultifaceShrink = 256;  // eight halvings
+
 void InRange(const char* what, int value, int least, int most) {
   if (value < least || value > most) throw Error("{} is {}; expected {} to {}", what, value, least, most);
 }
@@ -78,19 +91,43 @@ void Architecture::Check() const {
   InRange("vertex count", vertex_count, 1, 1'000'000);
   InRange("latent size", latent, 1, 4096);
   OnlyAvailable("model", model, {ModelKind::kDeep});
-  OnlyAvailable("conditioning", conditioning, {Conditioning::kRaw, Conditioning::kFc8, Conditioning::kFc32});
-  OnlyAvailable("normalisation", normalisation, {Normalisation::kNone, Normalisation::kWeight});
+  if (layout == Layout::kMultiface && texture_size < kMultifaceShrink) {
+    throw Error("texture size is {}; Multiface's layout halves it eight times: expected at least {}", texture_size,
+                kMultifaceShrink);
+  }
   OnlyAvailable("geometry", geometry, {Geometry::kTracked});
   if (identities != 1) throw Error("identities is {}; more than one person is not available yet", identities);
 }
 
 std::vector<int> EncoderChannels(const Architecture& architecture) {
+  if (architecture.layout == Layout::kMultiface) return {16, 16, 32, 32, 64, 64, 128, 128};
   constexpr std::array kPaper = {16, 32, 32, 64, 64, 128, 128, 256};
   std::vector<int> channels;
-  for (int size = architecture.texture_size; size > kInnerSize; size /= 2) {
+  for (int size = architecture.texture_size; size > kPaperInnerSize; size /= 2) {
     channels.push_back(kPaper[std::min(channels.size(), kPaper.size() - 1)]);
   }
   return channels;
+}
+
+std::vector<int> DecoderChannels(const Architecture& architecture) {
+  const int latent = architecture.latent;
+  if (architecture.layout == Layout::kMultiface) return {latent, latent, 64, 64, 32, 32, 16, 16, 3};
+  std::vector<int> channels = EncoderChannels(architecture);
+  std::reverse(channels.begin(), channels.end());
+  channels.push_back(3);
+  return channels;
+}
+
+int InnerSize(const Architecture& architecture) {
+  return architecture.layout == Layout::kMultiface ? architecture.texture_size / kMultifaceShrink : kPaperInnerSize;
+}
+
+EncoderScales ScalesOf(const Architecture& architecture) {
+  return architecture.layout == Layout::kMultiface ? EncoderScales{0.1, 0.01} : EncoderScales();
+}
+
+bool ViewInAllLayers(const Architecture& architecture) {
+  return architecture.conditioning == Conditioning::kRawAll || architecture.conditioning == Conditioning::kFc8All;
 }
 
 int ViewChannels(const Architecture& architecture) {
@@ -111,16 +148,22 @@ std::string ToString(ModelKind value) { return Spelling(value); }
 std::string ToString(Conditioning value) { return Spelling(value); }
 std::string ToString(Normalisation value) { return Spelling(value); }
 std::string ToString(UntiedBias value) { return Spelling(value); }
+std::string ToString(Layout value) { return Spelling(value); }
+std::string ToString(Upsampling value) { return Spelling(value); }
 std::string ToString(Geometry value) { return Spelling(value); }
 ModelKind ParseModelKind(const std::string& text) { return Parse<ModelKind>("model", text); }
 Conditioning ParseConditioning(const std::string& text) { return Parse<Conditioning>("conditioning", text); }
 Normalisation ParseNormalisation(const std::string& text) { return Parse<Normalisation>("normalisation", text); }
 UntiedBias ParseUntiedBias(const std::string& text) { return Parse<UntiedBias>("untied bias", text); }
+Layout ParseLayout(const std::string& text) { return Parse<Layout>("layout", text); }
+Upsampling ParseUpsampling(const std::string& text) { return Parse<Upsampling>("upsampling", text); }
 Geometry ParseGeometry(const std::string& text) { return Parse<Geometry>("geometry", text); }
 const std::vector<std::string>& ModelKindNames() { return Names<ModelKind>(); }
 const std::vector<std::string>& ConditioningNames() { return Names<Conditioning>(); }
 const std::vector<std::string>& NormalisationNames() { return Names<Normalisation>(); }
 const std::vector<std::string>& UntiedBiasNames() { return Names<UntiedBias>(); }
+const std::vector<std::string>& LayoutNames() { return Names<Layout>(); }
+const std::vector<std::string>& UpsamplingNames() { return Names<Upsampling>(); }
 const std::vector<std::string>& GeometryNames() { return Names<Geometry>(); }
 
 std::string ArchitectureToJson(const Architecture& a) {
@@ -132,6 +175,9 @@ std::string ArchitectureToJson(const Architecture& a) {
                                        {"conditioning", ToString(a.conditioning)},
                                        {"normalisation", ToString(a.normalisation)},
                                        {"untied_bias", ToString(a.untied_bias)},
+                                       {"layout", ToString(a.layout)},
+                                       {"upsampling", ToString(a.upsampling)},
+                                       {"residual", a.residual},
                                        {"geometry", ToString(a.geometry)},
                                        {"identities", a.identities}};
   return json.dump();
@@ -157,6 +203,10 @@ Architecture ArchitectureFromJson(const std::string& text) {
     a.conditioning = ParseConditioning(word("conditioning"));
     a.normalisation = ParseNormalisation(word("normalisation"));
     a.untied_bias = ParseUntiedBias(word("untied_bias"));
+    // Files of version 1 do not name these.
+    a.layout = ParseLayout(json.value("layout", ToString(a.layout)));
+    a.upsampling = ParseUpsampling(json.value("upsampling", ToString(a.upsampling)));
+    a.residual = json.value("residual", a.residual);
     a.geometry = ParseGeometry(word("geometry"));
     a.identities = integer("identities");
   } catch (const nlohmann::json::exception& error) {

@@ -7,7 +7,8 @@
 //   z [latent] -> FC 256 ─┬-> FC 3 V: mesh
 //   view [3] ---> FC 8 ───┴-> FC C x 4 x 4 -> stride-2 transposed convolutions -> texture [3, S, S]
 //
-// Leaky ReLU 0.2 follows every layer but those that make mu, log sigma, the mesh and the texture.
+// Leaky ReLU 0.2 follows every layer but those that make mu, log sigma, the mesh and the texture. The enumerations
+// below say what can be chosen otherwise.
 
 #pragma once
 
@@ -18,7 +19,8 @@ namespace likeness {
 
 enum class ModelKind { kDeep, kLinear, kBilinear };
 
-// How the view vector enters the texture decoder.
+// How the view vector enters the texture decoder. "All": an affine map of the view, one for each transposed
+// convolution, is added to that convolution's input features at every texel; the code's FC then stands alone.
 enum class Conditioning {
   kRaw,     // as it is, beside the code's FC
   kFc8,     // after an FC 3-8, beside the code's FC (the paper's choice)
@@ -27,10 +29,33 @@ enum class Conditioning {
   kFc8All,  // after an FC 3-8, added in every layer
 };
 
-enum class Normalisation { kNone, kBatch, kWeight };
+// How training reparameterises weights or features. Files hold effective weights, without any of it.
+enum class Normalisation {
+  kNone,
+  kBatch,   // Ioffe & Szegedy 2015: every convolution's features, but for the texture itself, over batch and texels
+  kWeight,  // Salimans & Kingma 2016: one norm for each output channel (the paper's choice)
+  kWeightTensor,  // one norm for a whole weight, a gain for each output channel (Multiface)
+};
 
 // Which convolutional layers have a bias for every channel and texel; the others have one for every channel.
-enum class UntiedBias { kNone, kDecoder, kEverywhere };
+enum class UntiedBias {
+  kNone,
+  kDecoder,
+  kDecoderAndChannel,  // and in training a bias for every channel besides; files hold the sum (Multiface)
+  kEverywhere,         // the paper's choice
+};
+
+// Widths of the layers, and how the code leaves the encoder.
+enum class Layout {
+  kPaper,      // see EncoderChannels; mu and log sigma by a layer each
+  kMultiface,  // always eight convolutions each way, to S / 256 texels a side; mu and log sigma by one layer, scaled
+};
+
+// How a convolution of the decoder doubles its side.
+enum class Upsampling {
+  kTransposed,  // a transposed convolution 4 x 4, stride 2
+  kNearest,     // every texel four times, then a convolution 3 x 3 (Multiface calls it bilinear)
+};
 
 // The mesh that textures are unwrapped onto and that the decoder gives.
 enum class Geometry { kTracked, kSmoothed, kEllipsoid, kBillboard };
@@ -44,6 +69,9 @@ struct Architecture {
   Conditioning conditioning = Conditioning::kFc8;
   Normalisation normalisation = Normalisation::kWeight;
   UntiedBias untied_bias = UntiedBias::kEverywhere;
+  Layout layout = Layout::kPaper;
+  Upsampling upsampling = Upsampling::kTransposed;
+  bool residual = false;  // after each convolution h = act(h + conv3x3(h)); without act where h is the texture
   Geometry geometry = Geometry::kTracked;
   int identities = 1;  // people that one network holds
 
@@ -53,18 +81,35 @@ struct Architecture {
   bool operator==(const Architecture&) const = default;
 };
 
-inline constexpr int kInnerSize = 4;      // side of the feature map between convolutions and FC layers
 inline constexpr int kSubEncoding = 256;  // values that texture and mesh are each reduced to
-inline constexpr int kKernel = 4;         // side of every convolution's kernel; stride 2, padding 1
+inline constexpr int kKernel = 4;         // side of the kernels that change the side; stride 2, padding 1
+inline constexpr int kSameKernel = 3;     // side of the others; stride 1, padding 1
 inline constexpr float kLeakySlope = 0.2f;
 
 // Channels after each stride-2 convolution of the encoder, from the image inwards; the decoder runs them in reverse.
 // 1024 x 1024: 16-32-32-64-64-128-128-256, down to 4 x 4. A smaller texture drops layers at the inner end (512: the
 // last, 256 channels), so that the layers at the image, where the time goes, are as narrow as in the paper and cost
-// falls with the number of texels. A larger one repeats the innermost width.
+// falls with the number of texels. A larger one repeats the innermost width. Multiface: 16-16-32-32-64-64-128-128 at
+// any size.
 std::vector<int> EncoderChannels(const Architecture& architecture);
 
-// Values that the view vector becomes before it joins the code: 3, 8 or 32.
+// Channels of the decoder's features from the inside to the image, the first before any convolution, the last 3.
+// Multiface: L-L-64-64-32-32-16-16-3 for a code of L.
+std::vector<int> DecoderChannels(const Architecture& architecture);
+
+// Side of the feature map between convolutions and FC layers: 4; S / 256 in Multiface's layout.
+int InnerSize(const Architecture& architecture);
+
+// mu and log sigma are the encoder's outputs times these: 1; 0.1 and 0.01 in Multiface's layout.
+struct EncoderScales {
+  double mu = 1, log_sigma = 1;
+};
+EncoderScales ScalesOf(const Architecture& architecture);
+
+// Whether the view is added in every layer of the texture decoder, rather than joined to the code.
+bool ViewInAllLayers(const Architecture& architecture);
+
+// Values that the view vector becomes before it is joined or added: 3, 8 or 32.
 int ViewChannels(const Architecture& architecture);
 
 // Names as configuration and files spell them. Parse throws Error naming what is known; `what` is the option's name.
@@ -72,16 +117,22 @@ std::string ToString(ModelKind value);
 std::string ToString(Conditioning value);
 std::string ToString(Normalisation value);
 std::string ToString(UntiedBias value);
+std::string ToString(Layout value);
+std::string ToString(Upsampling value);
 std::string ToString(Geometry value);
 ModelKind ParseModelKind(const std::string& text);
 Conditioning ParseConditioning(const std::string& text);
 Normalisation ParseNormalisation(const std::string& text);
 UntiedBias ParseUntiedBias(const std::string& text);
+Layout ParseLayout(const std::string& text);
+Upsampling ParseUpsampling(const std::string& text);
 Geometry ParseGeometry(const std::string& text);
 const std::vector<std::string>& ModelKindNames();
 const std::vector<std::string>& ConditioningNames();
 const std::vector<std::string>& NormalisationNames();
 const std::vector<std::string>& UntiedBiasNames();
+const std::vector<std::string>& LayoutNames();
+const std::vector<std::string>& UpsamplingNames();
 const std::vector<std::string>& GeometryNames();
 
 // One line of JSON, as avatar files and checkpoints keep it. Parse throws Error (without a file name).

@@ -31,8 +31,20 @@ TEST(Architecture, JsonRoundTrip) {
   a.latent = 77;
   a.conditioning = Conditioning::kFc32;
   a.normalisation = Normalisation::kNone;
-  a.untied_bias = UntiedBias::kDecoder;
+  a.untied_bias = UntiedBias::kDecoderAndChannel;
+  a.layout = Layout::kMultiface;
+  a.upsampling = Upsampling::kNearest;
+  a.residual = true;
   EXPECT_EQ(ArchitectureFromJson(ArchitectureToJson(a)), a);
+}
+
+TEST(Architecture, FilesOfVersionOneNameNoLayout) {
+  const std::string old =
+      R"({"preset":"demo","model":"deep","texture_size":256,"vertex_count":7306,"latent":128,"conditioning":"fc8",)"
+      R"("normalisation":"weight","untied_bias":"everywhere","geometry":"tracked","identities":1})";
+  Architecture a = Paper(256);
+  a.preset = "demo";
+  EXPECT_EQ(ArchitectureFromJson(old), a);
 }
 
 TEST(Architecture, EveryNameParsesBack) {
@@ -40,6 +52,8 @@ TEST(Architecture, EveryNameParsesBack) {
   for (const std::string& name : ConditioningNames()) EXPECT_EQ(ToString(ParseConditioning(name)), name);
   for (const std::string& name : NormalisationNames()) EXPECT_EQ(ToString(ParseNormalisation(name)), name);
   for (const std::string& name : UntiedBiasNames()) EXPECT_EQ(ToString(ParseUntiedBias(name)), name);
+  for (const std::string& name : LayoutNames()) EXPECT_EQ(ToString(ParseLayout(name)), name);
+  for (const std::string& name : UpsamplingNames()) EXPECT_EQ(ToString(ParseUpsampling(name)), name);
   for (const std::string& name : GeometryNames()) EXPECT_EQ(ToString(ParseGeometry(name)), name);
   EXPECT_EQ(ToString(Conditioning::kFc8All), "fc8-all");
   EXPECT_EQ(ToString(Geometry::kBillboard), "billboard");
@@ -58,8 +72,12 @@ TEST(Architecture, CheckNamesWhatIsWrongAndWhatIsNotAvailable) {
   EXPECT_THAT(error([](Architecture& a) { a.vertex_count = 0; }), HasSubstr("vertex count"));
   EXPECT_THAT(error([](Architecture& a) { a.latent = -1; }), HasSubstr("latent"));
   EXPECT_THAT(error([](Architecture& a) { a.model = ModelKind::kBilinear; }), HasSubstr("not available yet"));
-  EXPECT_THAT(error([](Architecture& a) { a.conditioning = Conditioning::kRawAll; }), HasSubstr("not available yet"));
-  EXPECT_THAT(error([](Architecture& a) { a.normalisation = Normalisation::kBatch; }), HasSubstr("not available yet"));
+  EXPECT_EQ(error([](Architecture& a) { a.layout = Layout::kMultiface; }), "");
+  EXPECT_THAT(error([](Architecture& a) {
+                a.layout = Layout::kMultiface;
+                a.texture_size = 128;
+              }),
+              HasSubstr("at least 256"));
   EXPECT_THAT(error([](Architecture& a) { a.geometry = Geometry::kEllipsoid; }), HasSubstr("not available yet"));
   EXPECT_THAT(error([](Architecture& a) { a.identities = 8; }), HasSubstr("not available yet"));
 }

@@ -15,7 +15,7 @@ namespace likeness {
 namespace {
 
 constexpr char kFormat[] = "likeness-avatar";
-constexpr char kVersion[] = "1";
+constexpr char kVersion[] = "2";  // 1: without layout, upsampling, residual, which have defaults
 
 bool AllFinite(std::span<const float> values) {
   return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
@@ -147,9 +147,9 @@ Avatar LoadAvatar(const std::filesystem::path& path) {
   if (format == file.metadata().end() || format->second != kFormat) {
     throw FileError(path, "is no avatar (its metadata lack format = likeness-avatar); likeness train makes one");
   }
-  if (file.Metadata("version") != kVersion) {
-    throw FileError(path, fmt::format("is an avatar of version '{}'; this program reads version {}",
-                                      file.Metadata("version"), kVersion));
+  if (const std::string& version = file.Metadata("version"); version != "1" && version != kVersion) {
+    throw FileError(
+        path, fmt::format("is an avatar of version '{}'; this program reads versions 1 and {}", version, kVersion));
   }
   Avatar avatar;
   try {

@@ -120,6 +120,7 @@ TEST(Avatar, LoadRefusesWhatDoesNotFit) {
   EXPECT_THAT(error({}), HasSubstr("is no avatar"));
   EXPECT_THAT(with("format", "pt"), HasSubstr("is no avatar"));
   EXPECT_THAT(with("version", "99"), HasSubstr("version '99'"));
+  EXPECT_EQ(with("version", "1"), "");
   EXPECT_THAT(with("architecture", "{}"), HasSubstr("architecture is not understood"));
   EXPECT_THAT(with("texture.variance", "-1"), HasSubstr("texture variance is -1"));
   EXPECT_THAT(with("texture.variance", "nan"), HasSubstr("texture variance is nan"));

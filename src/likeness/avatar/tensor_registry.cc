@@ -6,6 +6,71 @@
 
 namespace likeness {
 
+namespace {
+
+void AddLinear(std::vector<LayerInfo>& layers, const std::string& name, int in, int out, const std::string& meaning) {
+  layers.push_back({name, LayerKind::kLinear, in, out, 1, false, meaning});
+}
+
+void AddEncoder(const Architecture& a, std::vector<LayerInfo>& layers) {
+  const std::vector<int> channels = EncoderChannels(a);
+  const bool untied = a.untied_bias == UntiedBias::kEverywhere;
+  for (int i = 0, in = 3, size = a.texture_size / 2; i < static_cast<int>(channels.size()); ++i, size /= 2) {
+    const int out = channels[i];
+    layers.push_back({fmt::format("encoder.texture_conv.{}", i), LayerKind::kConvolution, in, out, size, untied,
+                      "halves the standardised average texture's side"});
+    if (a.residual) {
+      layers.push_back({fmt::format("encoder.texture_res.{}", i), LayerKind::kSameConvolution, out, out, size, false,
+                        "is added to the features it is made from"});
+    }
+    in = out;
+  }
+  const int inner = channels.back() * InnerSize(a) * InnerSize(a), both = 2 * kSubEncoding;
+  AddLinear(layers, "encoder.texture_fc", inner, kSubEncoding, "the inner features, channel by channel and row by row");
+  AddLinear(layers, "encoder.mesh_fc", 3 * a.vertex_count, kSubEncoding,
+            "the standardised vertices, x y z after x y z");
+  if (a.layout == Layout::kMultiface) {
+    AddLinear(layers, "encoder.code_fc", both, 2 * a.latent,
+              "texture's and mesh's sub-encodings to the mean code / 0.1, then its log deviation / 0.01");
+    return;
+  }
+  AddLinear(layers, "encoder.mu_fc", both, a.latent, "texture's and mesh's sub-encodings to the mean code");
+  AddLinear(layers, "encoder.log_sigma_fc", both, a.latent, "the same to the code's log deviation");
+}
+
+void AddDecoder(const Architecture& a, std::vector<LayerInfo>& layers) {
+  const std::vector<int> channels = DecoderChannels(a);
+  const int inner = channels.front() * InnerSize(a) * InnerSize(a), view = ViewChannels(a);
+  const int stages = static_cast<int>(channels.size()) - 1;
+  const bool all = ViewInAllLayers(a), untied = a.untied_bias != UntiedBias::kNone;
+  AddLinear(layers, "decoder.code_fc", a.latent, kSubEncoding, "the code");
+  AddLinear(layers, "decoder.mesh_fc", kSubEncoding, 3 * a.vertex_count,
+            "to the standardised vertices, x y z after x y z");
+  if (a.conditioning != Conditioning::kRaw && a.conditioning != Conditioning::kRawAll) {
+    AddLinear(layers, "decoder.view_fc", 3, view, "the unit vector from the head's centre to the viewer, head space");
+  }
+  AddLinear(layers, "decoder.texture_fc", all ? kSubEncoding : view + kSubEncoding, inner,
+            all ? "the code to the inner features" : "view, then code, to the inner features");
+  for (int i = 0, size = 2 * InnerSize(a); i < stages; ++i, size *= 2) {
+    const int in = channels[i], out = channels[i + 1];
+    const bool last = i + 1 == stages;
+    if (all) {
+      AddLinear(layers, fmt::format("decoder.view_add.{}", i), view, in,
+                "the view, added to the next layer's input at every texel");
+    }
+    layers.push_back(
+        {fmt::format("decoder.texture_conv.{}", i),
+         a.upsampling == Upsampling::kNearest ? LayerKind::kUpsampledConvolution : LayerKind::kTransposedConvolution,
+         in, out, size, untied, last ? "to the standardised texture of this view" : "doubles the texture's side"});
+    if (a.residual) {
+      layers.push_back({fmt::format("decoder.texture_res.{}", i), LayerKind::kSameConvolution, out, out, size, false,
+                        "is added to the features it is made from"});
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<int64_t> LayerInfo::WeightShape() const {
   switch (kind) {
     case LayerKind::kLinear:
@@ -14,6 +79,9 @@ std::vector<int64_t> LayerInfo::WeightShape() const {
       return {out, in, kKernel, kKernel};
     case LayerKind::kTransposedConvolution:
       return {in, out, kKernel, kKernel};
+    case LayerKind::kUpsampledConvolution:
+    case LayerKind::kSameConvolution:
+      return {out, in, kSameKernel, kSameKernel};
   }
   return {};
 }
@@ -24,40 +92,10 @@ std::vector<int64_t> LayerInfo::BiasShape() const {
 }
 
 std::vector<LayerInfo> Layers(const Architecture& architecture) {
-  LIKENESS_CHECK(architecture.model == ModelKind::kDeep && architecture.vertex_count > 0);
-  const std::vector<int> channels = EncoderChannels(architecture);
-  const int inner = channels.back() * kInnerSize * kInnerSize;
-  const int mesh = 3 * architecture.vertex_count;
-  const int view = ViewChannels(architecture);
-  const int depth = static_cast<int>(channels.size());
+  LIKENESS_CHECK(architecture.vertex_count > 0);
   std::vector<LayerInfo> layers;
-  const auto linear = [&](const std::string& name, int in, int out, const std::string& meaning) {
-    layers.push_back({name, LayerKind::kLinear, in, out, 1, false, meaning});
-  };
-
-  for (int i = 0, in = 3, size = architecture.texture_size / 2; i < depth; in = channels[i], ++i, size /= 2) {
-    layers.push_back({fmt::format("encoder.texture_conv.{}", i), LayerKind::kConvolution, in, channels[i], size,
-                      architecture.untied_bias == UntiedBias::kEverywhere,
-                      "halves the standardised average texture's side"});
-  }
-  linear("encoder.texture_fc", inner, kSubEncoding, "the inner features, channel by channel and row by row");
-  linear("encoder.mesh_fc", mesh, kSubEncoding, "the standardised vertices, x y z after x y z");
-  linear("encoder.mu_fc", 2 * kSubEncoding, architecture.latent, "texture's and mesh's sub-encodings to the mean code");
-  linear("encoder.log_sigma_fc", 2 * kSubEncoding, architecture.latent, "the same to the code's log deviation");
-
-  linear("decoder.code_fc", architecture.latent, kSubEncoding, "the code");
-  linear("decoder.mesh_fc", kSubEncoding, mesh, "to the standardised vertices, x y z after x y z");
-  if (architecture.conditioning == Conditioning::kFc8 || architecture.conditioning == Conditioning::kFc32) {
-    linear("decoder.view_fc", 3, view, "the unit vector from the head's centre to the viewer, head space");
-  }
-  linear("decoder.texture_fc", view + kSubEncoding, inner, "view, then code, to the inner features");
-  for (int i = 0, size = 2 * kInnerSize; i < depth; ++i, size *= 2) {
-    const int in = channels[depth - 1 - i];
-    const int out = i + 1 < depth ? channels[depth - 2 - i] : 3;
-    layers.push_back({fmt::format("decoder.texture_conv.{}", i), LayerKind::kTransposedConvolution, in, out, size,
-                      architecture.untied_bias != UntiedBias::kNone,
-                      i + 1 < depth ? "doubles the texture's side" : "to the standardised texture of this view"});
-  }
+  AddEncoder(architecture, layers);
+  AddDecoder(architecture, layers);
   return layers;
 }
 

@@ -11,9 +11,11 @@
 namespace likeness {
 
 enum class LayerKind {
-  kLinear,                // weight [out, in]; y = W x + b
-  kConvolution,           // weight [out, in, 4, 4]; stride 2, padding 1
-  kTransposedConvolution  // weight [in, out, 4, 4]; stride 2, padding 1
+  kLinear,                 // weight [out, in]; y = W x + b
+  kConvolution,            // weight [out, in, 4, 4]; stride 2, padding 1: halves the side
+  kTransposedConvolution,  // weight [in, out, 4, 4]; stride 2, padding 1: doubles the side
+  kUpsampledConvolution,   // weight [out, in, 3, 3]; doubles the side, every texel four times, then padding 1
+  kSameConvolution,        // weight [out, in, 3, 3]; padding 1
 };
 
 // A layer has two tensors, NAME.weight and NAME.bias.
@@ -42,7 +44,7 @@ struct TensorInfo {
 std::vector<LayerInfo> Layers(const Architecture& architecture);
 std::vector<TensorInfo> NetworkTensors(const Architecture& architecture);
 
-// Values in all of an architecture's tensors.
+// Values in all of an architecture's tensors: the size of the network in a file.
 int64_t ParameterCount(const Architecture& architecture);
 
 int64_t ElementCount(const std::vector<int64_t>& shape);

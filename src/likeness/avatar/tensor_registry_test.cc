@@ -54,6 +54,16 @@ TEST(TensorRegistry, OptionsChangeOnlyTheirTensors) {
   EXPECT_EQ(ParameterCount(a), all + 24 * (3 + 1) + 24 * 4096);
   a.conditioning = Conditioning::kRaw;
   EXPECT_EQ(ParameterCount(a), all - (3 * 8 + 8) - 5 * 4096);
+  // Three values to each of the eight convolutions' inputs, in place of eight beside the code.
+  a.conditioning = Conditioning::kRawAll;
+  EXPECT_EQ(ParameterCount(a), all - (3 * 8 + 8) - 8 * 4096 + (3 + 1) * (256 + 128 + 128 + 64 + 64 + 32 + 32 + 16));
+  a.conditioning = Conditioning::kFc8All;
+  EXPECT_EQ(ParameterCount(a), all - 8 * 4096 + (8 + 1) * (256 + 128 + 128 + 64 + 64 + 32 + 32 + 16));
+  a = Paper(1024);
+  a.residual = true;
+  // Kernels 3 x 3 and biases after 16-32-32-64-64-128-128-256 and 128-128-64-64-32-32-16-3 channels.
+  EXPECT_EQ(ParameterCount(a), all + 2 * 9 * (16 * 16 + 2 * (32 * 32 + 64 * 64 + 128 * 128)) + 9 * (256 * 256 + 3 * 3) +
+                                   2 * (16 + 2 * (32 + 64 + 128)) + 256 + 3);
   a = Paper(1024);
   a.normalisation = Normalisation::kNone;  // folded weights have the same shapes
   EXPECT_EQ(ParameterCount(a), all);
@@ -69,6 +79,22 @@ TEST(TensorRegistry, ShapesAtHalfTheSize) {
   EXPECT_THAT(Find(tensors, "decoder.texture_conv.0.weight").shape, ElementsAre(128, 128, 4, 4));
   EXPECT_THAT(Find(tensors, "decoder.texture_conv.6.weight").shape, ElementsAre(16, 3, 4, 4));
   EXPECT_THAT(Find(tensors, "decoder.texture_conv.6.bias").shape, ElementsAre(3, 512, 512));
+}
+
+TEST(TensorRegistry, MultifaceShapesAtHalfTheSize) {
+  Architecture a = Paper(512);
+  a.layout = Layout::kMultiface;
+  a.latent = 256;
+  a.untied_bias = UntiedBias::kDecoderAndChannel;
+  const std::vector<TensorInfo> tensors = NetworkTensors(a);
+  EXPECT_THAT(Find(tensors, "encoder.texture_conv.7.bias").shape, ElementsAre(128));
+  EXPECT_THAT(Find(tensors, "encoder.texture_fc.weight").shape, ElementsAre(256, 512));
+  EXPECT_THAT(Find(tensors, "encoder.code_fc.weight").shape, ElementsAre(512, 512));
+  EXPECT_THAT(Find(tensors, "decoder.texture_fc.weight").shape, ElementsAre(1024, 264));
+  EXPECT_THAT(Find(tensors, "decoder.texture_conv.0.bias").shape, ElementsAre(256, 4, 4));
+  EXPECT_THAT(Find(tensors, "decoder.texture_conv.7.bias").shape, ElementsAre(3, 512, 512));
+  a.upsampling = Upsampling::kNearest;
+  EXPECT_THAT(Find(NetworkTensors(a), "decoder.texture_conv.1.weight").shape, ElementsAre(64, 256, 3, 3));
 }
 
 TEST(TensorRegistry, NamesAreUniqueAndChannelsConnect) {

@@ -87,7 +87,7 @@ std::vector<LayerTime> LayerTimes(const Network& network, int batch, int frames)
     torch::Tensor x = info.kind == LayerKind::kLinear ? torch::randn({count, in})
                                                       : torch::randn({count, side, side, in}).permute({0, 3, 1, 2});
     const bool first = info.name == "encoder.texture_conv.0" || info.name == "encoder.mesh_fc";
-    const bool last = info.kind == LayerKind::kTransposedConvolution && info.out == 3;
+    const bool last = info.name.starts_with("decoder.texture") && info.out == 3;
     x.requires_grad_(!first);
     std::vector<double> forward, backward;
     torch::Tensor gradient;

@@ -1,23 +1,28 @@
 #include "likeness/train/network.h"
 
 #include <ATen/CPUGeneratorImpl.h>
+#include <fmt/format.h>
 
 #include <cmath>
 
 #include "likeness/base/error.h"
+#include "likeness/train/bias_activation.h"
 #include "likeness/train/ops/convolution.h"
+#include "likeness/train/ops/normalised_linear.h"
 
 namespace likeness {
 
 namespace {
 
-// The axes of a weight that belong to one output channel.
-std::vector<int64_t> InnerAxes(const LayerInfo& info) {
+// The norms that divide a direction, [out]: of each output channel, or of the whole.
+torch::Tensor Norms(const LayerInfo& info, const torch::Tensor& direction, bool whole) {
+  const torch::Tensor squares = direction.square();
+  if (whole) return torch::sqrt(squares.sum()).expand({info.out});
   std::vector<int64_t> axes;
-  for (int64_t axis = 0; axis < static_cast<int64_t>(info.WeightShape().size()); ++axis) {
+  for (int64_t axis = 0; axis < direction.dim(); ++axis) {
     if (axis != info.OutputAxis()) axes.push_back(axis);
   }
-  return axes;
+  return torch::sqrt(squares.sum(axes));
 }
 
 // [out] -> a shape that multiplies the weight channel by channel.
@@ -36,23 +41,57 @@ double FanIn(const LayerInfo& info) {
       return info.in * kKernel * kKernel;
     case LayerKind::kTransposedConvolution:
       return info.in * (kKernel / 2) * (kKernel / 2);  // stride 2: every second tap meets an output
+    case LayerKind::kUpsampledConvolution:
+    case LayerKind::kSameConvolution:
+      return info.in * kSameKernel * kSameKernel;
   }
   return 1;
 }
+
+constexpr double kBatchMomentum = 0.1;  // of running statistics
+constexpr double kBatchEpsilon = 1e-5;  // added to variances
 
 // The layers without an activation. Those that predict start small, near the mean texture, mesh and code.
 constexpr double kHiddenGain = 1.387;  // sqrt(2 / (1 + 0.2^2)): keeps the variance through a leaky ReLU of 0.2
 constexpr double kOutputGain = 0.1;
 constexpr double kReferenceFanIn = 256;
 
-bool IsOutput(const LayerInfo& info) {
+bool IsOutput(const LayerInfo& info, const Architecture& architecture) {
+  const size_t last = DecoderChannels(architecture).size() - 2;
   return info.name == "decoder.mesh_fc" || info.name == "encoder.log_sigma_fc" ||
-         (info.kind == LayerKind::kTransposedConvolution && info.out == 3);
+         info.name == fmt::format("decoder.texture_conv.{}", last) ||
+         info.name == fmt::format("decoder.texture_res.{}", last);
 }
 
 // Untied biases lie in memory as the features do, channels last.
 torch::Tensor LaidOut(const torch::Tensor& bias) {
   return bias.dim() == 1 ? bias : bias.unsqueeze(0).contiguous(torch::MemoryFormat::ChannelsLast).squeeze(0);
+}
+
+// The layer's linear part. `bias` is [out] or undefined.
+torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& any, const torch::Tensor& weight,
+                    const torch::Tensor& bias) {
+  const torch::Tensor x = any.to(weight.scalar_type());
+  switch (info.kind) {
+    case LayerKind::kLinear:
+      return torch::linear(x, weight, bias);
+    case LayerKind::kConvolution:
+      return torch::conv2d(x, weight, bias, /*stride=*/2, /*padding=*/1);
+    case LayerKind::kTransposedConvolution:
+      return torch::conv_transpose2d(x, weight, bias, /*stride=*/2, /*padding=*/1);
+    case LayerKind::kUpsampledConvolution:
+      return torch::conv2d(torch::upsample_nearest2d(x, {2 * x.size(2), 2 * x.size(3)}), weight, bias, /*stride=*/1,
+                           /*padding=*/1);
+    case LayerKind::kSameConvolution:
+      return torch::conv2d(x, weight, bias, /*stride=*/1, /*padding=*/1);
+  }
+  return {};
+}
+
+// act(x + layer(x)).
+torch::Tensor Residual(const Layer& layer, const torch::Tensor& x, double slope) {
+  const torch::Tensor y = x + layer(x);
+  return slope == 1 ? y : torch::leaky_relu(y, slope);
 }
 
 torch::Tensor ToTorch(const Tensor& tensor, torch::TensorOptions options) {
@@ -67,47 +106,92 @@ Tensor FromTorch(const torch::Tensor& tensor) {
 
 }  // namespace
 
-Layer::Layer(const LayerInfo& info, Normalisation normalisation, double gain, torch::Generator generator,
+Layer::Layer(const LayerInfo& info, const Architecture& architecture, double gain, torch::Generator generator,
              torch::TensorOptions options)
-    : info_(info) {
+    : info_(info), whole_(architecture.normalisation == Normalisation::kWeightTensor) {
   const double deviation = gain / std::sqrt(FanIn(info));
   weight_ = (torch::randn(info.WeightShape(), generator, torch::kFloat32) * deviation).to(options);
   bias_ = LaidOut(torch::zeros(info.BiasShape(), options));
-  if (normalisation == Normalisation::kWeight) {
-    gain_ = torch::sqrt(weight_.square().sum(InnerAxes(info)));
-    // The direction's length is free. Adam moves every value by about the learning rate, so that an output moves by
-    // gain x sqrt(fan-in) x rate / deviation: this makes it the same for all layers, where the 3 V inputs of a mesh
-    // would otherwise run away at rates that suit the others.
-    weight_ *= FanIn(info) / kReferenceFanIn;
+  if (info.untied_bias && architecture.untied_bias == UntiedBias::kDecoderAndChannel) {
+    channel_bias_ = torch::zeros(info.out, options);
+  }
+  switch (architecture.normalisation) {
+    case Normalisation::kNone:
+      break;
+    case Normalisation::kBatch:
+      if (info.kind == LayerKind::kLinear || info.kind == LayerKind::kSameConvolution || IsOutput(info, architecture)) {
+        break;
+      }
+      gain_ = torch::ones(info.out, options);
+      mean_ = torch::zeros(info.out, options);
+      variance_ = torch::ones(info.out, options);
+      break;
+    case Normalisation::kWeight:
+      gain_ = Norms(info, weight_, whole_);
+      // The direction's length is free. Adam moves every value by about the learning rate, so that an output moves by
+      // gain x sqrt(fan-in) x rate / deviation: this makes it the same for all layers, where the 3 V inputs of a mesh
+      // would otherwise run away at rates that suit the others.
+      weight_ *= FanIn(info) / kReferenceFanIn;
+      break;
+    case Normalisation::kWeightTensor:
+      gain_ = Norms(info, weight_, whole_).clone();
+      break;
   }
 }
 
 Layer::Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias)
     : info_(info), weight_(std::move(weight)), bias_(LaidOut(bias)) {}
 
+torch::Tensor Layer::BatchScale() const { return gain_ / torch::sqrt(variance_ + kBatchEpsilon); }
+
 torch::Tensor Layer::Weight() const {
   if (!gain_.defined()) return weight_;
-  const torch::Tensor norm = torch::sqrt(weight_.square().sum(InnerAxes(info_)));
-  return weight_ * AlongOutputs(info_, gain_ / norm);
+  return weight_ * AlongOutputs(info_, mean_.defined() ? BatchScale() : gain_ / Norms(info_, weight_, whole_));
+}
+
+torch::Tensor Layer::Bias() const {
+  torch::Tensor shift = channel_bias_;
+  if (mean_.defined()) shift = (shift.defined() ? shift : torch::zeros_like(mean_)) - BatchScale() * mean_;
+  if (!shift.defined()) return bias_;
+  return bias_ + (info_.untied_bias ? shift.view({-1, 1, 1}) : shift);
 }
 
 torch::Tensor Layer::operator()(const torch::Tensor& x, double slope) const {
-  switch (info_.kind) {
-    case LayerKind::kLinear: {
-      const torch::Tensor y = torch::linear(x.to(weight_.scalar_type()), Weight(), bias_);
-      return slope == 1 ? y : torch::leaky_relu(y, slope);
-    }
-    case LayerKind::kConvolution:
-      return ConvolveAndActivate(ConvolutionKind::kDown, x, Weight(), bias_, slope);
-    case LayerKind::kTransposedConvolution:
-      return ConvolveAndActivate(ConvolutionKind::kUp, x, Weight(), bias_, slope);
+  if (mean_.defined()) return BatchNormalised(x, slope);
+  if (info_.kind == LayerKind::kConvolution || info_.kind == LayerKind::kTransposedConvolution) {
+    const auto kind = info_.kind == LayerKind::kConvolution ? ConvolutionKind::kDown : ConvolutionKind::kUp;
+    return ConvolveAndActivate(kind, x, Weight(), Bias(), slope);
   }
-  return {};
+  if (info_.kind == LayerKind::kLinear && gain_.defined()) {
+    const torch::Tensor y = NormalisedLinear(x.to(weight_.scalar_type()), weight_, gain_, whole_, bias_);
+    return slope == 1 ? y : torch::leaky_relu(y, slope);
+  }
+  const torch::Tensor y = Apply(info_, x, Weight(), info_.untied_bias ? channel_bias_ : bias_);
+  if (info_.untied_bias) return AddBiasAndActivate(y, bias_, slope);
+  return slope == 1 ? y : torch::leaky_relu(y, slope);
+}
+
+torch::Tensor Layer::BatchNormalised(const torch::Tensor& x, double slope) const {
+  const torch::Tensor y = torch::batch_norm(Apply(info_, x, weight_, {}), gain_,
+                                            info_.untied_bias ? channel_bias_ : bias_, mean_, variance_,
+                                            /*training=*/torch::GradMode::is_enabled(), kBatchMomentum, kBatchEpsilon,
+                                            /*cudnn_enabled=*/x.is_cuda());
+  if (info_.untied_bias) return AddBiasAndActivate(y, bias_, slope);
+  return slope == 1 ? y : torch::leaky_relu(y, slope);
 }
 
 std::vector<Parameter> Layer::parameters() const {
-  if (!gain_.defined()) return {{info_.name + ".weight", weight_}, {info_.name + ".bias", bias_}};
-  return {{info_.name + ".direction", weight_}, {info_.name + ".gain", gain_}, {info_.name + ".bias", bias_}};
+  const bool direction = gain_.defined() && !mean_.defined();
+  std::vector<Parameter> all = {{info_.name + (direction ? ".direction" : ".weight"), weight_}};
+  if (gain_.defined()) all.push_back({info_.name + ".gain", gain_});
+  if (channel_bias_.defined()) all.push_back({info_.name + ".channel_bias", channel_bias_});
+  all.push_back({info_.name + ".bias", bias_});
+  return all;
+}
+
+std::vector<Parameter> Layer::statistics() const {
+  if (!mean_.defined()) return {};
+  return {{info_.name + ".mean", mean_}, {info_.name + ".variance", variance_}};
 }
 
 Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options)
@@ -115,7 +199,7 @@ Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorO
   architecture.Check();
   torch::Generator generator = at::detail::createCPUGenerator(seed);
   for (const LayerInfo& info : Layers(architecture)) {
-    layers_.emplace_back(info, architecture.normalisation, IsOutput(info) ? kOutputGain : kHiddenGain, generator,
+    layers_.emplace_back(info, architecture, IsOutput(info, architecture) ? kOutputGain : kHiddenGain, generator,
                          options);
   }
   Connect();
@@ -133,11 +217,19 @@ Network::Network(const Architecture& architecture, const std::map<std::string, T
 }
 
 void Network::Connect() {
-  for (const Layer& layer : layers_) {
-    if (layer.info().kind == LayerKind::kConvolution) texture_encoder_.push_back(&layer);
-    if (layer.info().kind == LayerKind::kTransposedConvolution) texture_decoder_.push_back(&layer);
-    by_name_[layer.info().name] = &layer;
+  for (const Layer& layer : layers_) by_name_[layer.info().name] = &layer;
+  for (size_t i = 0; i < EncoderChannels(architecture_).size(); ++i) texture_encoder_.push_back(StageOf("encoder", i));
+  for (size_t i = 1; i < DecoderChannels(architecture_).size(); ++i) {
+    texture_decoder_.push_back(StageOf("decoder", i - 1));
   }
+}
+
+Network::TextureStage Network::StageOf(const std::string& network, size_t index) const {
+  const auto find = [&](const char* part) {
+    const auto found = by_name_.find(fmt::format("{}.{}.{}", network, part, index));
+    return found == by_name_.end() ? nullptr : found->second;
+  };
+  return {find("view_add"), find("texture_conv"), find("texture_res")};
 }
 
 const Layer& Network::layer(const std::string& name) const {
@@ -148,11 +240,18 @@ const Layer& Network::layer(const std::string& name) const {
 
 Network::Encoding Network::Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices) const {
   torch::Tensor features = average_texture;
-  for (const Layer* convolution : texture_encoder_) features = (*convolution)(features, kLeakySlope);
+  for (const TextureStage& stage : texture_encoder_) {
+    features = (*stage.convolution)(features, kLeakySlope);
+    if (stage.residual != nullptr) features = Residual(*stage.residual, features, kLeakySlope);
+  }
   const torch::Tensor texture_code = layer("encoder.texture_fc")(features.flatten(1), kLeakySlope);
   const torch::Tensor mesh_code = layer("encoder.mesh_fc")(vertices, kLeakySlope);
   const torch::Tensor both = torch::cat({texture_code, mesh_code}, 1);
-  return {layer("encoder.mu_fc")(both), layer("encoder.log_sigma_fc")(both)};
+  if (architecture_.layout == Layout::kPaper)
+    return {layer("encoder.mu_fc")(both), layer("encoder.log_sigma_fc")(both)};
+  const std::vector<torch::Tensor> code = layer("encoder.code_fc")(both).chunk(2, 1);
+  const EncoderScales scales = ScalesOf(architecture_);
+  return {code[0] * scales.mu, code[1] * scales.log_sigma};
 }
 
 torch::Tensor Network::CodeFeatures(const torch::Tensor& code) const {
@@ -169,11 +268,16 @@ Network::Decoding Network::Decode(const torch::Tensor& code, const torch::Tensor
 
   const torch::Tensor view_features =
       by_name_.count("decoder.view_fc") != 0 ? layer("decoder.view_fc")(view, kLeakySlope) : view;
-  torch::Tensor features = layer("decoder.texture_fc")(torch::cat({view_features, code_features}, 1), kLeakySlope);
-  features =
-      features.view({features.size(0), -1, kInnerSize, kInnerSize}).contiguous(torch::MemoryFormat::ChannelsLast);
-  for (const Layer* convolution : texture_decoder_) {
-    features = (*convolution)(features, convolution != texture_decoder_.back() ? kLeakySlope : 1);
+  const torch::Tensor joined =
+      ViewInAllLayers(architecture_) ? code_features : torch::cat({view_features, code_features}, 1);
+  torch::Tensor features = layer("decoder.texture_fc")(joined, kLeakySlope);
+  const int64_t inner = InnerSize(architecture_);
+  features = features.view({features.size(0), -1, inner, inner}).contiguous(torch::MemoryFormat::ChannelsLast);
+  for (const TextureStage& stage : texture_decoder_) {
+    const double slope = &stage != &texture_decoder_.back() ? kLeakySlope : 1;
+    if (stage.view != nullptr) features = features + (*stage.view)(view_features).unsqueeze(-1).unsqueeze(-1);
+    features = (*stage.convolution)(features, slope);
+    if (stage.residual != nullptr) features = Residual(*stage.residual, features, slope);
   }
   return {features, vertices};
 }
@@ -186,12 +290,20 @@ std::vector<Parameter> Network::parameters() const {
   return all;
 }
 
+std::vector<Parameter> Network::statistics() const {
+  std::vector<Parameter> all;
+  for (const Layer& layer : layers_) {
+    for (Parameter& statistic : layer.statistics()) all.push_back(std::move(statistic));
+  }
+  return all;
+}
+
 std::map<std::string, Tensor> Network::Folded() const {
   const torch::NoGradGuard no_grad;
   std::map<std::string, Tensor> weights;
   for (const Layer& layer : layers_) {
     weights[layer.info().name + ".weight"] = FromTorch(layer.Weight());
-    weights[layer.info().name + ".bias"] = FromTorch(layer.bias());
+    weights[layer.info().name + ".bias"] = FromTorch(layer.Bias());
   }
   return weights;
 }

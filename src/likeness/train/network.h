@@ -20,32 +20,49 @@ struct Parameter {
   torch::Tensor value;
 };
 
-// One layer of the registry. With weight normalisation (Salimans & Kingma 2016, equation 2) the weight of each output
-// channel o is gain_o * direction_o / |direction_o|, and the parameters are NAME.direction, NAME.gain and NAME.bias;
-// otherwise they are NAME.weight and NAME.bias.
+// One layer of the registry. Its parameters are NAME.bias and, by the architecture's normalisation,
+//   none           NAME.weight
+//   batch          NAME.weight and NAME.gain [out]: features are gain (x - mean) / deviation before the bias, over
+//   batch
+//                  and texels (Ioffe & Szegedy 2015). While gradients are recorded mean and deviation are the batch's
+//                  own, and the running ones, NAME.mean and NAME.variance, follow; otherwise they are the running ones.
+//                  Convolutions alone, but for the one that gives the texture
+//   weight         NAME.direction and NAME.gain [out]: the weight of each output channel o is
+//                  gain_o * direction_o / |direction_o| (Salimans & Kingma 2016, equation 2)
+//   weight-tensor  the same with |direction| for |direction_o|
+// and NAME.channel_bias [out] where UntiedBias says so.
 class Layer {
  public:
   // Random weights: normal, scaled so that inputs of mean square 1 give outputs of mean square gain^2. Biases are zero.
-  Layer(const LayerInfo& info, Normalisation normalisation, double gain, torch::Generator generator,
+  Layer(const LayerInfo& info, const Architecture& architecture, double gain, torch::Generator generator,
         torch::TensorOptions options);
   // Weights as they are.
   Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias);
 
   // leaky_relu(weight x + bias); a slope of 1 is no activation.
   //   x        [N, in] for a linear layer, [N, in, H, W] otherwise
-  //   returns  [N, out], [N, out, H / 2, W / 2] or [N, out, 2 H, 2 W]
+  //   returns  [N, out], or [N, out, h, w] with the sides that the kind gives
   torch::Tensor operator()(const torch::Tensor& x, double slope = 1) const;
 
   const LayerInfo& info() const { return info_; }
-  torch::Tensor Weight() const;  // effective, in the registry's shape
-  const torch::Tensor& bias() const { return bias_; }
+  // Effective, in the registry's shapes: with running statistics and gains multiplied in.
+  torch::Tensor Weight() const;
+  torch::Tensor Bias() const;
   std::vector<Parameter> parameters() const;
+  std::vector<Parameter> statistics() const;
 
  private:
+  torch::Tensor BatchNormalised(const torch::Tensor& x, double slope) const;
+  torch::Tensor BatchScale() const;
+
   LayerInfo info_;
-  torch::Tensor weight_;  // the direction under weight normalisation
-  torch::Tensor gain_;    // [out]; undefined without
+  torch::Tensor weight_;    // the direction under weight normalisation
+  torch::Tensor gain_;      // [out]; undefined without normalisation
+  bool whole_ = false;      // one norm for the whole weight
+  torch::Tensor mean_;      // [out], of features without bias; undefined without batch normalisation
+  torch::Tensor variance_;  // [out]
   torch::Tensor bias_;
+  torch::Tensor channel_bias_;  // [out]; mostly undefined
 };
 
 // Everything is standardised: textures [N, 3, S, S] with row 0 at v = 1, vertices [N, 3 V] x y z after x y z.
@@ -80,6 +97,8 @@ class Network {
 
   // All parameters, in the registry's order; they share memory with the network.
   std::vector<Parameter> parameters() const;
+  // Running statistics, which no gradient moves: there are some with batch normalisation alone.
+  std::vector<Parameter> statistics() const;
 
   // The effective weights, as an avatar file holds them.
   std::map<std::string, Tensor> Folded() const;
@@ -91,8 +110,15 @@ class Network {
   Architecture architecture_;
   std::vector<Layer> layers_;  // in the registry's order; fixed after construction
   std::map<std::string, const Layer*> by_name_;
-  std::vector<const Layer*> texture_encoder_;  // from the image inwards
-  std::vector<const Layer*> texture_decoder_;  // from the inside to the image
+  // A convolution, with what can stand before and after it.
+  struct TextureStage {
+    const Layer* view = nullptr;
+    const Layer* convolution = nullptr;
+    const Layer* residual = nullptr;
+  };
+  TextureStage StageOf(const std::string& network, size_t index) const;
+  std::vector<TextureStage> texture_encoder_;  // from the image inwards
+  std::vector<TextureStage> texture_decoder_;  // from the inside to the image
 };
 
 }  // namespace likeness

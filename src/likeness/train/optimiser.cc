@@ -8,7 +8,8 @@
 
 namespace likeness {
 
-Optimiser::Optimiser(std::vector<Parameter> parameters) {
+Optimiser::Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics)
+    : statistics_(std::move(statistics)) {
   const torch::NoGradGuard no_grad;
   for (Parameter& parameter : parameters) {
     names_.push_back(parameter.name);
@@ -22,17 +23,23 @@ Optimiser::Optimiser(std::vector<Parameter> parameters) {
   steps_.assign(weights_.size(), torch::zeros({}, weights_.front().options().requires_grad(false)));
 }
 
+std::vector<torch::Tensor> Optimiser::Gradients() const {
+  std::vector<torch::Tensor> gradients;
+  for (const torch::Tensor& weight : weights_) {
+    gradients.push_back(weight.grad().defined() ? weight.grad() : torch::zeros_like(weight));
+  }
+  return gradients;
+}
+
 double Optimiser::GradientNorm() const {
   const torch::NoGradGuard no_grad;
-  std::vector<torch::Tensor> gradients;
-  for (const torch::Tensor& weight : weights_) gradients.push_back(weight.grad());
+  const std::vector<torch::Tensor> gradients = Gradients();
   return torch::stack(at::_foreach_norm(gradients)).norm().item<double>();
 }
 
 void Optimiser::Step(double learning_rate, double gradient_norm, double clip) {
   const torch::NoGradGuard no_grad;
-  std::vector<torch::Tensor> gradients;
-  for (const torch::Tensor& weight : weights_) gradients.push_back(weight.grad());
+  const std::vector<torch::Tensor> gradients = Gradients();
   // The fused kernel divides gradients by this on the way.
   std::optional<torch::Tensor> divisor;
   if (clip > 0 && gradient_norm > clip) {
@@ -58,7 +65,8 @@ void Optimiser::SwapAverage() {
 }
 
 void Optimiser::ZeroGradients() {
-  for (torch::Tensor& weight : weights_) weight.mutable_grad().zero_();
+  // Not zeroed: the backward pass then hands its own tensors over instead of adding to these.
+  for (torch::Tensor& weight : weights_) weight.mutable_grad().reset();
 }
 
 std::vector<Parameter> Optimiser::State() const {
@@ -70,6 +78,7 @@ std::vector<Parameter> Optimiser::State() const {
     state.push_back({"average/" + names_[i], averages_[i]});
   }
   state.push_back({"adam_step", steps_.front()});
+  for (const Parameter& statistic : statistics_) state.push_back({"statistics/" + statistic.name, statistic.value});
   return state;
 }
 

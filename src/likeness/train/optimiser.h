@@ -13,8 +13,9 @@ namespace likeness {
 
 class Optimiser {
  public:
-  // `parameters` share memory with the network and take gradients from now on.
-  explicit Optimiser(std::vector<Parameter> parameters);
+  // `parameters` share memory with the network and take gradients from now on. `statistics`, which no gradient moves,
+  // are part of the state alone.
+  explicit Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics = {});
 
   // The norm of all gradients together.
   double GradientNorm() const;
@@ -31,16 +32,20 @@ class Optimiser {
   void ZeroGradients();
 
   // All that a checkpoint needs besides what the network says: "weights/NAME", "adam_m/NAME", "adam_v/NAME",
-  // "average/NAME" and "adam_step"; they share memory with this.
+  // "average/NAME", "adam_step" and "statistics/NAME"; they share memory with this.
   std::vector<Parameter> State() const;
 
  private:
+  // Zeros where the loss did not depend on a weight.
+  std::vector<torch::Tensor> Gradients() const;
+
   std::vector<std::string> names_;
   std::vector<torch::Tensor> weights_;
   std::vector<torch::Tensor> first_moments_;
   std::vector<torch::Tensor> second_moments_;
   std::vector<torch::Tensor> averages_;
   std::vector<torch::Tensor> steps_;  // one scalar, shared by all
+  std::vector<Parameter> statistics_;
 };
 
 }  // namespace likeness

@@ -56,6 +56,9 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("conditioning", conditioning);
   add("normalisation", normalisation);
   add("untied-bias", untied_bias);
+  add("layout", layout);
+  add("upsampling", upsampling);
+  add("residual", residual);
   add("geometry", geometry);
   add("iterations", iterations);
   add("minutes", minutes);
@@ -75,14 +78,14 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
 }
 
 const std::vector<std::string>& PresetNames() {
-  static const std::vector<std::string> names = {"demo", "paper"};
+  static const std::vector<std::string> names = {"demo", "paper", "multiface"};
   return names;
 }
 
 TrainOptions PresetOptions(const std::string& preset) {
   TrainOptions options;
   options.preset = preset;
-  if (preset == "paper") {
+  if (preset == "paper" || preset == "multiface") {
     options.iterations = 200'000;
     options.minutes = 0;
     options.views = 1;
@@ -91,6 +94,13 @@ TrainOptions PresetOptions(const std::string& preset) {
     options.warmup = 0;
     options.clip = 0;
     options.average = 0;
+  }
+  if (preset == "multiface") {
+    options.latent = 256;
+    options.normalisation = "weight-tensor";
+    options.untied_bias = "decoder+channel";
+    options.layout = "multiface";
+    options.clip = 10;
   }
   options.Check();
   return options;
@@ -106,6 +116,9 @@ Architecture ArchitectureFrom(const TrainOptions& options, int size, int vertex_
   architecture.conditioning = ParseConditioning(options.conditioning);
   architecture.normalisation = ParseNormalisation(options.normalisation);
   architecture.untied_bias = ParseUntiedBias(options.untied_bias);
+  architecture.layout = ParseLayout(options.layout);
+  architecture.upsampling = ParseUpsampling(options.upsampling);
+  architecture.residual = options.residual;
   architecture.geometry = ParseGeometry(options.geometry);
   architecture.Check();
   return architecture;

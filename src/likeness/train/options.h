@@ -30,6 +30,9 @@ struct TrainOptions {
   std::string conditioning = "fc8";
   std::string normalisation = "weight";
   std::string untied_bias = "everywhere";
+  std::string layout = "paper";
+  std::string upsampling = "transposed";
+  bool residual = false;
   std::string geometry = "tracked";
 
   // The run ends at whichever comes first; 0 sets no limit of that kind.
@@ -51,11 +54,11 @@ struct TrainOptions {
   uint64_t seed = 0;
   std::string device = "cpu";
   std::string precision = "auto";  // see ops/precision.h
-  double save_minutes = 5;  // between checkpoints
-  int log_every = 10;       // iterations
-  int workers = 1;          // threads that read ahead
-  int cache_mb = 8192;      // memory for textures; those beyond are read again when needed
-  bool resume = true;       // go on from OUT's checkpoint; otherwise start afresh
+  double save_minutes = 5;         // between checkpoints
+  int log_every = 10;              // iterations
+  int workers = 1;                 // threads that read ahead
+  int cache_mb = 8192;             // memory for textures; those beyond are read again when needed
+  bool resume = true;              // go on from OUT's checkpoint; otherwise start afresh
 
   // Throws Error naming the option.
   void Check() const;
@@ -65,7 +68,8 @@ struct TrainOptions {
 };
 
 // "demo": the best picture after some minutes on a few cores. "paper": Lombardi et al. 2018, 200,000 iterations at a
-// constant rate; the rate itself, which the paper does not tell, is Multiface's.
+// constant rate; the rate itself, which the paper does not tell, is Multiface's. "multiface": that project's network,
+// with its batch, rate and clipping; its decay of the rate by epochs is left out.
 const std::vector<std::string>& PresetNames();
 TrainOptions PresetOptions(const std::string& preset);
 

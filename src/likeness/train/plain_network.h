@@ -33,6 +33,21 @@ struct PlainNetwork {
       }
       return y;
     }
+    if (info.kind == LayerKind::kUpsampledConvolution || info.kind == LayerKind::kSameConvolution) {
+      const int shrink = out_size / size;  // an output's texel lies in this texel of the input
+      for (int o = 0; o < info.out; ++o) {
+        for (int i = 0; i < info.in; ++i) {
+          for (int at = 0; at < out_size * out_size * 9; ++at) {
+            const int oy = at / 9 / out_size, ox = at / 9 % out_size, ky = at % 9 / 3, kx = at % 3;
+            const int iy = oy + ky - 1, ix = ox + kx - 1;
+            if (iy < 0 || ix < 0 || iy >= out_size || ix >= out_size) continue;
+            y[(o * out_size + oy) * out_size + ox] +=
+                w[(o * info.in + i) * 9 + ky * 3 + kx] * x[(i * size + iy / shrink) * size + ix / shrink];
+          }
+        }
+      }
+      return y;
+    }
     // A convolution takes large to small: large = 2 * small - 1 + tap. A transposed one goes the other way.
     const bool transposed = info.kind == LayerKind::kTransposedConvolution;
     const int small = transposed ? size : out_size, large = 2 * small;
@@ -70,15 +85,29 @@ struct PlainNetwork {
     return a;
   }
 
+  static Values Sum(Values a, const Values& b) {
+    for (size_t i = 0; i < a.size(); ++i) a[i] += b[i];
+    return a;
+  }
+
+  bool Has(const std::string& name) const { return weights.count(name + ".weight") != 0; }
+
   // mu, then log sigma.
   Values Encode(Values texture, const Values& vertices) const {
     int size = architecture.texture_size;
-    for (size_t i = 0; size > 4; ++i, size /= 2) {
+    for (size_t i = 0; size > InnerSize(architecture); ++i, size /= 2) {
       texture = Activate(Apply("encoder.texture_conv." + std::to_string(i), texture, size));
+      const std::string residual = "encoder.texture_res." + std::to_string(i);
+      if (Has(residual)) texture = Activate(Sum(Apply(residual, texture, size / 2), texture));
     }
     const Values both =
         Concatenate(Activate(Apply("encoder.texture_fc", texture, 1)), Activate(Apply("encoder.mesh_fc", vertices, 1)));
-    return Concatenate(Apply("encoder.mu_fc", both, 1), Apply("encoder.log_sigma_fc", both, 1));
+    if (!Has("encoder.code_fc")) {
+      return Concatenate(Apply("encoder.mu_fc", both, 1), Apply("encoder.log_sigma_fc", both, 1));
+    }
+    Values code = Apply("encoder.code_fc", both, 1);
+    for (size_t i = 0; i < code.size(); ++i) code[i] *= i < code.size() / 2 ? 0.1 : 0.01;
+    return code;
   }
 
   Values DecodeVertices(const Values& code) const {
@@ -86,13 +115,23 @@ struct PlainNetwork {
   }
 
   Values DecodeTexture(const Values& code, Values view) const {
-    if (weights.count("decoder.view_fc.weight") != 0) view = Activate(Apply("decoder.view_fc", view, 1));
-    const Values joined = Concatenate(view, Activate(Apply("decoder.code_fc", code, 1)));
+    if (Has("decoder.view_fc")) view = Activate(Apply("decoder.view_fc", view, 1));
+    Values joined = Activate(Apply("decoder.code_fc", code, 1));
+    if (!Has("decoder.view_add.0")) joined = Concatenate(view, joined);
     Values texture = Activate(Apply("decoder.texture_fc", joined, 1));
-    int size = 4;
+    int size = InnerSize(architecture);
     for (size_t i = 0; size < architecture.texture_size; ++i, size *= 2) {
-      texture = Apply("decoder.texture_conv." + std::to_string(i), texture, size);
-      if (2 * size < architecture.texture_size) texture = Activate(texture);
+      const std::string number = std::to_string(i);
+      if (Has("decoder.view_add." + number)) {
+        const Values added = Apply("decoder.view_add." + number, view, 1);
+        for (size_t k = 0; k < texture.size(); ++k) texture[k] += added[k / (size * size)];
+      }
+      const bool last = 2 * size == architecture.texture_size;
+      texture = Apply("decoder.texture_conv." + number, texture, size);
+      if (!last) texture = Activate(texture);
+      if (!Has("decoder.texture_res." + number)) continue;
+      texture = Sum(Apply("decoder.texture_res." + number, texture, 2 * size), texture);
+      if (!last) texture = Activate(texture);
     }
     return texture;
   }

@@ -70,6 +70,19 @@ double AverageDecay(double share, const RunState& run, double position) {
   return std::min(std::exp(-static_cast<double>(kAverageEvery) / reach), steps / (steps + 10));
 }
 
+// Lets the running statistics of batch normalisation follow the mean weights, which they were not met with.
+void RefreshStatistics(const Network& network, const Dataset& dataset, const TrainOptions& options,
+                       torch::Device device) {
+  if (network.statistics().empty()) return;
+  constexpr int kBatches = 50;  // a running mean of momentum 0.1 has forgotten all but 0.5% of what was before
+  const SampleOrder order(dataset.samples_of_frame(), options.views, options.seed);
+  for (int i = 0; i < kBatches; ++i) {
+    const Batch batch = ToDevice(dataset.Read(order.Samples(i, options.batch), options.views), device);
+    const torch::Tensor mu = network.Encode(batch.average, batch.vertices).mu;
+    network.Decode(mu.repeat_interleave(options.views, 0), batch.view);
+  }
+}
+
 // Codes of all frames, by the network as it is.
 std::vector<FrameCode> EncodeFrames(const Network& network, const Dataset& dataset, int batch, torch::Device device) {
   const torch::NoGradGuard no_grad;
@@ -176,7 +189,7 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
           static_cast<double>(ParameterCount(architecture)) * 1e-6);
 
   const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device));
-  Optimiser optimiser(network.parameters());
+  Optimiser optimiser(network.parameters(), network.statistics());
   const std::filesystem::path checkpoint = options.out / "checkpoint.safetensors";
   RunState run;
   if (options.resume && std::filesystem::exists(checkpoint)) {
@@ -253,7 +266,10 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
 
   result.avatar = options.out / "avatar.safetensors";
   if (run.iteration == first && std::filesystem::exists(result.avatar)) return result;
-  if (options.average > 0) optimiser.SwapAverage();
+  if (options.average > 0) {
+    optimiser.SwapAverage();
+    RefreshStatistics(network, dataset, options, device);
+  }
   SaveAvatar(result.avatar, MakeAvatar(network, dataset, *capture, options, run, device));
   log.WritePicture(run, Preview(network, dataset, device));
   return result;

@@ -99,6 +99,41 @@ TEST_F(Training, CodesInTheFileAreTheModelsOwn) {
   for (size_t i = 0; i < mu.size(); ++i) EXPECT_NEAR(mu[i], code.mu[i], 1e-5);
 }
 
+// Running statistics are part of the checkpoint, and follow the mean weights at the end.
+TEST_F(Training, BatchNormalisationResumesAndIsFoldedIntoTheFile) {
+  options_.normalisation = "batch";
+  options_.conditioning = "fc8-all";
+  options_.iterations = 120;
+  options_.learning_rate = 5e-3;
+  const TrainResult result = Train(options_, kNever);
+  EXPECT_LT(result.loss_texture, 0.3);
+  TrainOptions interrupted = options_;
+  interrupted.out = folder_ / "interrupted";
+  Train(interrupted, After(50));
+  Train(interrupted, kNever);
+  const Avatar whole = LoadAvatar(result.avatar), pieces = LoadAvatar(interrupted.out / "avatar.safetensors");
+  for (const auto& [name, tensor] : whole.weights) EXPECT_EQ(tensor.values, pieces.weights.at(name).values) << name;
+
+  // The file's network, which knows no statistics, predicts the training textures about as well as training's batches.
+  const AvatarModel model(whole);
+  const auto capture = OpenCapture(options_.capture);
+  const TextureSet textures(*capture, 16);
+  double squares = 0, count = 0;
+  for (const FrameId& frame : capture->TrainingFrames()) {
+    const TrackedFrame tracked = capture->ReadTracked(frame);
+    const std::vector<float> mu = model.Encode(textures.ReadAverage(frame), tracked.vertices_in_head);
+    for (const Camera& camera : capture->TrainingCameras()) {
+      const DecodedFrame decoded = model.Decode(mu, ViewVector(camera, tracked.world_from_head));
+      const ImageU8 truth = textures.ReadTexture(frame, camera.name), mask = textures.ReadMask(frame, camera.name);
+      for (size_t i = 0; i < truth.values().size(); ++i) {
+        if (mask.values()[i / 3] != 0) squares += std::pow(decoded.texture.values()[i] - truth.values()[i], 2);
+        ++count;
+      }
+    }
+  }
+  EXPECT_LT(squares / count / whole.texture_variance, 1.5 * result.loss_texture + 0.02);
+}
+
 TEST_F(Training, ResumedEqualsUninterruptedBitForBit) {
   Train(options_, kNever);
   TrainOptions interrupted = options_;

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "likeness/train/ops/gradient_check.h"
+
 namespace likeness {
 namespace {
 
@@ -104,21 +106,7 @@ TEST(Convolution, PlainGradientsEqualFiniteDifferences) {
                                          torch::randn({3, 2, 4, 4}, real).requires_grad_(),
                                          torch::randn({up ? 2 : 3, up ? 6 : 3, up ? 6 : 3}, real).requires_grad_()};
     const auto loss = [&] { return ConvolvePlainly(kind, inputs[0], inputs[1], inputs[2], c.slope).square().sum(); };
-    loss().backward();
-    const torch::NoGradGuard no_grad;
-    for (const torch::Tensor& input : inputs) {
-      for (int64_t i = 0; i < input.numel(); i += 7) {
-        double* const value = input.mutable_data_ptr<double>() + i;
-        const double saved = *value, step = 1e-6;
-        *value = saved + step;
-        const double above = loss().item<double>();
-        *value = saved - step;
-        const double below = loss().item<double>();
-        *value = saved;
-        const double expected = (above - below) / (2 * step);
-        EXPECT_NEAR(input.grad().contiguous().const_data_ptr<double>()[i], expected, 1e-5 * (1 + std::abs(expected)));
-      }
-    }
+    CheckGradients(inputs, loss, 7);
   }
 }
 
