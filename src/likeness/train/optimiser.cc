@@ -20,7 +20,8 @@ Optimiser::Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> s
     parameter.value.requires_grad_();
     parameter.value.mutable_grad() = torch::zeros_like(parameter.value);
   }
-  steps_.assign(weights_.size(), torch::zeros({}, weights_.front().options().requires_grad(false)));
+  steps_.assign(weights_.size(),
+                torch::zeros({}, weights_.front().options().dtype(torch::kFloat32).requires_grad(false)));
 }
 
 std::vector<torch::Tensor> Optimiser::Gradients() const {
@@ -43,7 +44,7 @@ void Optimiser::Step(double learning_rate, double gradient_norm, double clip) {
   // The fused kernel divides gradients by this on the way.
   std::optional<torch::Tensor> divisor;
   if (clip > 0 && gradient_norm > clip) {
-    divisor = torch::full({}, gradient_norm / clip, weights_.front().options().requires_grad(false));
+    divisor = torch::full({}, gradient_norm / clip, steps_.front().options());
   }
   steps_.front() += 1;
   at::_fused_adam_(weights_, gradients, first_moments_, second_moments_, {}, steps_, learning_rate, /*beta1=*/0.9,
