@@ -21,6 +21,9 @@ struct BenchEntry {
 
 const std::vector<BenchEntry> kBenches = {
     {"simulate", RunBenchSimulate, "a frame of 40 cameras, on one thread"},
+#ifdef LIKENESS_TRAIN
+    {"train", RunBenchTrain, "training steps"},
+#endif
     {"unwrap", RunBenchUnwrap, "one camera image to one texture, on one thread"},
 };
 

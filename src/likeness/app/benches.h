@@ -5,6 +5,7 @@
 namespace likeness {
 
 int RunBenchSimulate(int argc, const char* const* argv);
+int RunBenchTrain(int argc, const char* const* argv);  // with LibTorch
 int RunBenchUnwrap(int argc, const char* const* argv);
 
 }  // namespace likeness

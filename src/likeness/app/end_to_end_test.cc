@@ -180,7 +180,8 @@ TEST_F(EndToEndTest, MistakesAreSaidAndNothingIsLeftBehind) {
 }
 
 TEST_F(EndToEndTest, EveryVerbExplainsItself) {
-  for (const std::string verb : {"simulate", "inspect", "unwrap", "train", "evaluate", "render", "bench unwrap"}) {
+  for (const std::string verb :
+       {"simulate", "inspect", "unwrap", "train", "evaluate", "render", "bench unwrap", "bench train"}) {
     SCOPED_TRACE(verb);
     const Outcome outcome = Likeness(verb + " --help");
     EXPECT_EQ(outcome.status, 0) << outcome.err;

@@ -12,6 +12,7 @@
 #include "likeness/base/launcher.h"
 #include "likeness/base/log.h"
 #include "likeness/base/progress.h"
+#include "likeness/train/ops/precision.h"
 #include "likeness/train/trainer.h"
 
 namespace likeness {
@@ -56,6 +57,7 @@ Command Describe(Arguments& arguments) {
   command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");
   command.Option("seed", &o.seed, "of weights, order and noise");
   command.Option("device", &o.device, "cpu, cuda or cuda:N");
+  command.Choice("precision", &o.precision, PrecisionNames(), "number format of the convolutions");
   command.Option("save-minutes", &o.save_minutes, "between checkpoints; 0: after every step");
   command.Option("keep", &o.keep, "checkpoints that stay");
   command.Option("log-every", &o.log_every, "iterations between rows of log.csv");

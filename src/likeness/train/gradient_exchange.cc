@@ -34,18 +34,17 @@ GradientExchange::GradientExchange(const Peers& peers, const std::vector<Paramet
     for (const torch::Tensor& value : group) count += value.numel();
     Bucket bucket;
     bucket.gradients = torch::zeros({count}, group.front().options().requires_grad(false));
-    bucket.parameters = bucket.missing = static_cast<int>(group.size());
+    bucket.missing = group.size();
     int64_t begin = 0;
     for (const torch::Tensor& value : group) {
       LIKENESS_CHECK(value.requires_grad() && value.is_non_overlapping_and_dense());
-      // Laid out in memory as the parameter, whatever its order of axes.
-      value.mutable_grad() = bucket.gradients.as_strided(value.sizes(), value.strides(), begin);
+      const size_t index = buckets_.size(), member = bucket.members.size();
+      bucket.members.push_back({value, bucket.gradients.as_strided(value.sizes(), value.strides(), begin), false});
       begin += value.numel();
       const auto accumulator = torch::autograd::impl::grad_accumulator(value);
       const uintptr_t key = accumulator->add_post_hook(std::make_unique<torch::autograd::utils::LambdaPostHook>(
-          [this, index = buckets_.size()](const torch::autograd::variable_list& outputs,
-                                          const torch::autograd::variable_list&) {
-            Note(index);
+          [this, index, member](const torch::autograd::variable_list& outputs, const torch::autograd::variable_list&) {
+            Arrive(index, member);
             return outputs;
           }));
       hooks_.push_back(Hook{accumulator, key});
@@ -58,21 +57,34 @@ GradientExchange::~GradientExchange() {
   for (const Hook& hook : hooks_) hook.accumulator->del_post_hook(hook.key);
 }
 
-void GradientExchange::Note(size_t bucket) {
+void GradientExchange::Arrive(size_t bucket, size_t member) {
+  const torch::NoGradGuard no_grad;
+  Member& arrived = buckets_[bucket].members[member];
+  arrived.mean.copy_(arrived.parameter.grad());
+  arrived.arrived = true;
   --buckets_[bucket].missing;
-  while (begun_ < buckets_.size() && buckets_[begun_].missing <= 0) Begin(begun_++);
+  while (begun_ < buckets_.size() && buckets_[begun_].missing == 0) Begin(buckets_[begun_++]);
 }
 
-void GradientExchange::Begin(size_t bucket) { buckets_[bucket].wait = peers_.BeginSum(buckets_[bucket].gradients); }
+void GradientExchange::Begin(Bucket& bucket) const {
+  // Parameters that the loss does not use never come.
+  for (Member& member : bucket.members) {
+    if (!member.arrived) member.mean.zero_();
+  }
+  bucket.wait = peers_.BeginSum(bucket.gradients);
+}
 
 void GradientExchange::Finish() {
-  // Parameters that the loss did not use never came.
-  while (begun_ < buckets_.size()) Begin(begun_++);
   const torch::NoGradGuard no_grad;
+  while (begun_ < buckets_.size()) Begin(buckets_[begun_++]);
   for (Bucket& bucket : buckets_) {
     bucket.wait();
     bucket.gradients /= peers_.count();
-    bucket.missing = bucket.parameters;
+    bucket.missing = bucket.members.size();
+    for (Member& member : bucket.members) {
+      member.parameter.mutable_grad() = member.mean;
+      member.arrived = false;
+    }
   }
   begun_ = 0;
 }

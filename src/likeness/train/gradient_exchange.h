@@ -18,28 +18,33 @@ namespace likeness {
 // everywhere. (Li et al. 2020, "PyTorch Distributed: Experiences on Accelerating Data Parallel Training", section 3.2.)
 class GradientExchange {
  public:
-  // Gradients become parts of the buckets' memory. Both are borrowed.
+  // Both are borrowed.
   //   parameters  require gradients, in the order of the forward pass
   GradientExchange(const Peers& peers, const std::vector<Parameter>& parameters, int64_t bucket_bytes = 8 << 20);
   ~GradientExchange();
   GradientExchange(const GradientExchange&) = delete;
   GradientExchange& operator=(const GradientExchange&) = delete;
 
-  // Call after the backward pass: all gradients are the means then.
+  // Call after the backward pass: all gradients are the means then, as parts of the buckets' memory.
   void Finish();
 
   size_t bucket_count() const { return buckets_.size(); }
 
  private:
+  struct Member {
+    torch::Tensor parameter;
+    torch::Tensor mean;  // its part of the bucket, laid out as the parameter
+    bool arrived = false;
+  };
   struct Bucket {
     torch::Tensor gradients;  // of all its parameters, one after the other
-    int missing = 0;          // gradients that the backward pass still owes
-    int parameters = 0;
+    std::vector<Member> members;
+    size_t missing = 0;  // gradients that the backward pass still owes
     std::function<void()> wait;
   };
   struct Hook;
-  void Begin(size_t bucket);
-  void Note(size_t bucket);
+  void Arrive(size_t bucket, size_t member);
+  void Begin(Bucket& bucket) const;
 
   const Peers& peers_;
   std::vector<Bucket> buckets_;

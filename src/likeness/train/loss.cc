@@ -1,5 +1,7 @@
 #include "likeness/train/loss.h"
 
+#include "likeness/train/ops/masked_loss.h"
+
 namespace likeness {
 
 torch::Tensor KlDivergence(const torch::Tensor& mu, const torch::Tensor& log_sigma) {
@@ -12,7 +14,7 @@ Loss ComputeLoss(const LossWeights& weights, const Batch& batch, const Network::
   const int64_t views = decoding.vertices.size(0) / batch.vertices.size(0);
   const torch::Tensor vertices = batch.vertices.repeat_interleave(views, 0);
   Loss loss;
-  loss.texture = ((decoding.texture - batch.texture) * batch.seen).square().mean();
+  loss.texture = MaskedSquaredError(decoding.texture, batch.texture, batch.seen);
   loss.geometry = (decoding.vertices - vertices).square().mean();
   loss.kl = KlDivergence(encoding.mu, encoding.log_sigma).mean();
   loss.total = weights.texture * loss.texture + weights.geometry * loss.geometry + weights.kl * loss.kl;

@@ -7,6 +7,8 @@
 
 #include "likeness/base/error.h"
 #include "likeness/train/bias_activation.h"
+#include "likeness/train/ops/convolution.h"
+#include "likeness/train/ops/normalised_linear.h"
 
 namespace likeness {
 
@@ -73,8 +75,9 @@ torch::Tensor LaidOut(const torch::Tensor& bias) {
 }
 
 // The layer's linear part. `bias` is [out] or undefined.
-torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& x, const torch::Tensor& weight,
+torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& any, const torch::Tensor& weight,
                     const torch::Tensor& bias) {
+  const torch::Tensor x = any.to(weight.scalar_type());
   switch (info.kind) {
     case LayerKind::kLinear:
       return torch::linear(x, weight, bias);
@@ -169,6 +172,14 @@ torch::Tensor Layer::Bias() const {
 
 torch::Tensor Layer::operator()(const torch::Tensor& x, double slope) const {
   if (mean_.defined()) return BatchNormalised(x, slope);
+  if (info_.kind == LayerKind::kConvolution || info_.kind == LayerKind::kTransposedConvolution) {
+    const auto kind = info_.kind == LayerKind::kConvolution ? ConvolutionKind::kDown : ConvolutionKind::kUp;
+    return ConvolveAndActivate(kind, x, Weight(), Bias(), slope);
+  }
+  if (info_.kind == LayerKind::kLinear && gain_.defined()) {
+    const torch::Tensor y = NormalisedLinear(x.to(weight_.scalar_type()), weight_, gain_, whole_, bias_);
+    return slope == 1 ? y : torch::leaky_relu(y, slope);
+  }
   const torch::Tensor y = Apply(info_, x, Weight(), info_.untied_bias ? channel_bias_ : bias_);
   if (info_.untied_bias) return AddBiasAndActivate(y, bias_, slope);
   return slope == 1 ? y : torch::leaky_relu(y, slope);

@@ -152,8 +152,10 @@ TEST(Network, FoldedWeightsGiveTheSameOutput) {
   const Network folded(Small(), weights);
   const torch::NoGradGuard no_grad;
   const torch::Tensor code = torch::randn({2, 6}), view = torch::randn({2, 3});
-  EXPECT_TRUE(torch::equal(trained.Decode(code, view).texture, folded.Decode(code, view).texture));
-  EXPECT_TRUE(torch::equal(trained.Decode(code, view).vertices, folded.Decode(code, view).vertices));
+  // The norm divides products there and weights here: roundings of float32, through five layers.
+  const auto differ = [](const torch::Tensor& a, const torch::Tensor& b) { return (a - b).abs().max().item<double>(); };
+  EXPECT_LT(differ(trained.Decode(code, view).texture, folded.Decode(code, view).texture), 1e-4);
+  EXPECT_LT(differ(trained.Decode(code, view).vertices, folded.Decode(code, view).vertices), 1e-4);
 }
 
 TEST(Network, SamplesOfABatchAreIndependent) {

@@ -20,24 +20,31 @@ Optimiser::Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> s
     parameter.value.requires_grad_();
     parameter.value.mutable_grad() = torch::zeros_like(parameter.value);
   }
-  steps_.assign(weights_.size(), torch::zeros({}, weights_.front().options().requires_grad(false)));
+  steps_.assign(weights_.size(),
+                torch::zeros({}, weights_.front().options().dtype(torch::kFloat32).requires_grad(false)));
+}
+
+std::vector<torch::Tensor> Optimiser::Gradients() const {
+  std::vector<torch::Tensor> gradients;
+  for (const torch::Tensor& weight : weights_) {
+    gradients.push_back(weight.grad().defined() ? weight.grad() : torch::zeros_like(weight));
+  }
+  return gradients;
 }
 
 double Optimiser::GradientNorm() const {
   const torch::NoGradGuard no_grad;
-  std::vector<torch::Tensor> gradients;
-  for (const torch::Tensor& weight : weights_) gradients.push_back(weight.grad());
+  const std::vector<torch::Tensor> gradients = Gradients();
   return torch::stack(at::_foreach_norm(gradients)).norm().item<double>();
 }
 
 void Optimiser::Step(double learning_rate, double gradient_norm, double clip) {
   const torch::NoGradGuard no_grad;
-  std::vector<torch::Tensor> gradients;
-  for (const torch::Tensor& weight : weights_) gradients.push_back(weight.grad());
+  const std::vector<torch::Tensor> gradients = Gradients();
   // The fused kernel divides gradients by this on the way.
   std::optional<torch::Tensor> divisor;
   if (clip > 0 && gradient_norm > clip) {
-    divisor = torch::full({}, gradient_norm / clip, weights_.front().options().requires_grad(false));
+    divisor = torch::full({}, gradient_norm / clip, steps_.front().options());
   }
   steps_.front() += 1;
   at::_fused_adam_(weights_, gradients, first_moments_, second_moments_, {}, steps_, learning_rate, /*beta1=*/0.9,
@@ -59,7 +66,8 @@ void Optimiser::SwapAverage() {
 }
 
 void Optimiser::ZeroGradients() {
-  for (torch::Tensor& weight : weights_) weight.mutable_grad().zero_();
+  // Not zeroed: the backward pass then hands its own tensors over instead of adding to these.
+  for (torch::Tensor& weight : weights_) weight.mutable_grad().reset();
 }
 
 std::vector<Parameter> Optimiser::State() const {

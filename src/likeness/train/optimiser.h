@@ -36,6 +36,9 @@ class Optimiser {
   std::vector<Parameter> State() const;
 
  private:
+  // Zeros where the loss did not depend on a weight.
+  std::vector<torch::Tensor> Gradients() const;
+
   std::vector<std::string> names_;
   std::vector<torch::Tensor> weights_;
   std::vector<torch::Tensor> first_moments_;

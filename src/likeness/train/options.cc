@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "likeness/base/error.h"
+#include "likeness/train/ops/precision.h"
 
 namespace likeness {
 
@@ -40,6 +41,7 @@ void TrainOptions::Check() const {
   InRange("loss.texture", loss.texture, 0, 1e9);
   InRange("loss.geometry", loss.geometry, 0, 1e9);
   InRange("loss.kl", loss.kl, 0, 1e9);
+  PrecisionFrom(precision);
   InRange("save-minutes", save_minutes, 0, 1e6);
   InRange("keep", keep, 1, 1e6);
   InRange("log-every", log_every, 1, 1e6);
@@ -70,6 +72,7 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("learning-rate", learning_rate);
   add("schedule", schedule);
   add("warmup", warmup);
+  add("precision", precision);
   add("clip", clip);
   add("average", average);
   add("loss.texture", loss.texture);

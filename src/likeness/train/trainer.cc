@@ -25,6 +25,7 @@
 #include "likeness/train/device.h"
 #include "likeness/train/gradient_exchange.h"
 #include "likeness/train/loader.h"
+#include "likeness/train/ops/precision.h"
 #include "likeness/train/peers.h"
 #include "likeness/train/run_log.h"
 #include "likeness/train/step.h"
@@ -246,9 +247,11 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
       const double position = Position(options, run);
       const double rate = LearningRate(options, position);
       const Batch batch = ToDevice(loader.Next(), device);
-      const StepValues values =
-          TrainStep(network, optimiser, peers, exchange, batch, options.loss,
-                    Hash({options.seed, 1, static_cast<uint64_t>(run.iteration)}), rate, options.clip);
+      const StepValues values = [&] {
+        const PrecisionScope scope(PrecisionFrom(options.precision));
+        return TrainStep(network, optimiser, peers, exchange, batch, options.loss,
+                         Hash({options.seed, 1, static_cast<uint64_t>(run.iteration)}), rate, options.clip);
+      }();
       run.skipped += values.skipped ? 1 : 0;
       run.skipped_in_a_row = values.skipped ? run.skipped_in_a_row + 1 : 0;
       if (run.skipped_in_a_row >= kMostSkippedInARow) {
