@@ -139,7 +139,7 @@ class Collector {
   // A map that has a K without an ending is one camera: `name`, else the file's.
   void AddMap(const StorageFile& file, const StorageNode& map, const std::string& name, bool is_root) {
     const bool is_one_camera = std::any_of(map.entries.begin(), map.entries.end(), [](const auto& entry) {
-      const auto key = Classify(entry.first);
+      const auto key = Classify(entry.key);
       return key && key->field == Field::kK && key->camera.empty();
     });
     for (const auto& [word, node] : map.entries) {
