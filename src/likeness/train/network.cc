@@ -77,6 +77,7 @@ torch::Tensor LaidOut(const torch::Tensor& bias) {
 // The layer's linear part. `bias` is [out] or undefined.
 torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& any, const torch::Tensor& weight,
                     const torch::Tensor& bias) {
+  if (info.kind == LayerKind::kConstant) return bias.expand({any.size(0), info.out});
   const torch::Tensor x = any.to(weight.scalar_type());
   switch (info.kind) {
     case LayerKind::kLinear:
@@ -91,7 +92,7 @@ torch::Tensor Apply(const LayerInfo& info, const torch::Tensor& any, const torch
     case LayerKind::kSameConvolution:
       return torch::conv2d(x, weight, bias, /*stride=*/1, /*padding=*/1);
     case LayerKind::kConstant:
-      return bias.expand({x.size(0), info.out});
+      break;
   }
   return {};
 }

@@ -335,7 +335,7 @@ TEST_F(Training, SaysWhatIsMissing) {
   other.size = 64;
   EXPECT_THAT(ErrorOf([&] { Train(other, kNever); }), HasSubstr("16"));
   other = options_;
-  other.model = "bilinear";
+  other.geometry = "billboard";
   EXPECT_THAT(ErrorOf([&] { Train(other, kNever); }), HasSubstr("not available yet"));
   other = options_;
   other.device = "cuda:77";
