@@ -209,6 +209,16 @@ std::optional<double> ReadNumber(Examination* e, const fs::path& path) {
   }
 }
 
+// Statistics are of training segments and cameras alone: the others show what these may never have.
+bool IsTrainingSegment(const Examination& e, const std::string& segment) {
+  return !e.capture || !e.capture->split().IsHeldOutSegment(segment);
+}
+bool IsTrainingCamera(const Examination& e, const std::string& camera) {
+  if (!e.capture) return true;
+  const std::vector<std::string>& training = e.capture->split().training_cameras;
+  return std::find(training.begin(), training.end(), camera) != training.end();
+}
+
 // A stored variance against one that was measured; standard deviations are told apart from it.
 void CompareVariance(Examination* e, const fs::path& path, double measured, const char* of) {
   const std::optional<double> stored = ReadNumber(e, path);
@@ -252,9 +262,10 @@ void CheckTextureStatistics(Examination* e, const CaptureLayout& where, int size
   for (const int f : e->SampledFrames()) {
     const ExaminedFrame& frame = e->frames[static_cast<size_t>(f)];
     if (sums.views() >= 12) break;
+    if (!IsTrainingSegment(*e, frame.id.segment)) continue;
     for (size_t c = 0; c < e->cameras.size() && sums.views() < 12; c += std::max<size_t>(1, e->cameras.size() / 4)) {
       const fs::path path = e->layout.Texture(frame.id, e->cameras[c].name, size);
-      if (!Exists(path)) continue;
+      if (!IsTrainingCamera(*e, e->cameras[c].name) || !Exists(path)) continue;
       try {
         UnwrappedView view = {ReadImage(path), ImageU8(size, size, 1)};
         if (!view.texture.SameShape(mean)) continue;
@@ -305,6 +316,7 @@ void CheckVertexStatistics(Examination* e, const CaptureLayout& where) {
   const Vertices mean_vertices = Eigen::Map<const Vertices>(mean.data(), e->topology.vertex_count, 3);
   double squares = 0, count = 0;
   for (const int f : e->SampledFrames()) {
+    if (!IsTrainingSegment(*e, e->frames[static_cast<size_t>(f)].id.segment)) continue;
     const Vertices difference = e->frames[static_cast<size_t>(f)].vertices - mean_vertices;
     squares += difference.cast<double>().squaredNorm();
     count += static_cast<double>(difference.size());
