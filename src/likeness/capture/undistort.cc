@@ -63,7 +63,8 @@ void Undistorter::FindPositions(const DistortedCamera& source, const Camera& tar
       Position* position = positions_.data() + (static_cast<size_t>(y) * target.width + x) * samples();
       bool valid = true;
       for (int s = 0; s < samples() && valid; ++s) {
-        const Eigen::Vector3d pixel(x + (s % samples_ + 0.5) / samples_, y + (s / samples_ + 0.5) / samples_, 1);
+        const int column = s % samples_, row = s / samples_;
+        const Eigen::Vector3d pixel(x + (column + 0.5) / samples_, y + (row + 0.5) / samples_, 1);
         const Eigen::Vector2d ideal = (ideal_from_target * pixel).head<2>();
         const Eigen::Vector2d at =
             (source.camera.intrinsics * source.lens.Distort(ideal).homogeneous()).head<2>() - Eigen::Vector2d(0.5, 0.5);

@@ -126,7 +126,8 @@ TEST_F(UndistortTest, PixelsAreValidExactlyWhereTheirSourcesLieInside) {
         const Eigen::Matrix3d& ks = source.camera.intrinsics;
         double margin = 1e9;  // of the sample that comes nearest to the border, or lies furthest beyond it
         for (int s = 0; s < undistorter.samples(); ++s) {
-          const double px = x + (s % side + 0.5) / side, py = y + (s / side + 0.5) / side;
+          const int column = s % side, row = s / side;
+          const double px = x + (column + 0.5) / side, py = y + (row + 0.5) / side;
           const Eigen::Vector2d bent = lens.Distort({(px - kt(0, 2)) / kt(0, 0), (py - kt(1, 2)) / kt(1, 1)});
           const double sx = ks(0, 0) * bent.x() + ks(0, 2), sy = ks(1, 1) * bent.y() + ks(1, 2);
           margin = std::min({margin, sx - 0.5, sy - 0.5, 149.5 - sx, 119.5 - sy});

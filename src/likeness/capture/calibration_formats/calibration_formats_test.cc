@@ -17,7 +17,6 @@
 namespace likeness {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 Eigen::Vector2d Project(const DistortedCamera& source, const Eigen::Vector3d& point) {
