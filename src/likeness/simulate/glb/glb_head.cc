@@ -186,7 +186,8 @@ PosedHead GlbHead::Pose(std::span<const float, kExpressionCount> weights) const 
   const Vertices normals = VertexNormals(all, all_triangles_);
   PosedHead posed;
   for (const std::vector<int>& vertices : surface_vertices_) {
-    Vertices some(static_cast<Eigen::Index>(vertices.size()), 3), some_normals(some.rows(), 3);
+    const auto count = static_cast<Eigen::Index>(vertices.size());
+    Vertices some(count, 3), some_normals(count, 3);
     for (size_t i = 0; i < vertices.size(); ++i) {
       some.row(static_cast<Eigen::Index>(i)) = all.row(vertices[i]);
       some_normals.row(static_cast<Eigen::Index>(i)) = normals.row(vertices[i]);

@@ -259,7 +259,8 @@ TEST(Gltf, SurvivesChangedBytes) {
   std::vector<uint32_t> corners;
   std::vector<float> points;
   for (uint32_t i = 0; i < 60; ++i) {
-    points.insert(points.end(), {static_cast<float>(i % 7), static_cast<float>(i / 7), 1});
+    const uint32_t column = i % 7, row = i / 7;
+    points.insert(points.end(), {static_cast<float>(column), static_cast<float>(row), 1});
     for (const uint32_t corner : {i, (i + 1) % 60, (i + 8) % 60}) corners.push_back(corner);
   }
   GltfTestFile file = SquareFile();
