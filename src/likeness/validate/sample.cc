@@ -42,7 +42,8 @@ std::set<size_t> ChooseFrames(const Examination& e, size_t count) {
   }
   std::sort(runs.rbegin(), runs.rend());
   size_t kept_runs = 0;
-  for (const auto& [motion, middle] : runs) {
+  for (const auto& run : runs) {
+    const size_t middle = run.second;
     if (kept_runs == kMostRuns || chosen.size() + 3 > count * 2 / 3) break;
     const bool near = std::any_of(chosen.begin(), chosen.end(),
                                   [&](size_t i) { return std::max(i, middle) - std::min(i, middle) < 6; });

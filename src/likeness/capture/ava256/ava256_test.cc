@@ -358,6 +358,14 @@ TEST(PackedFolderTest, LiesAboutSizesAreErrors) {
   EXPECT_THAT(ErrorOf([&] { ReadZipped(ZipBytes(std::string(1 << 24, '\0'), true)); }), HasSubstr("at most 1048576"));
 }
 
+TEST(PackedFolderTest, NamesStayBelowTheZips) {
+  const ScratchFolder scratch;
+  const auto path = scratch / "z.zip";
+  WriteZip(path, {{"/etc/000001.txt", "x"}});
+  const std::string bytes = ReadFile(path);
+  EXPECT_EQ(PackedFolder::FromZipBytes("z.zip", bytes, {".txt"}).NameOf(1), "z.zip/etc/000001.txt");
+}
+
 TEST(PackedFolderTest, DamagedZipsAreErrorsOrWhole) {
   Random random(11);
   for (const bool deflate : {false, true}) {

@@ -150,7 +150,9 @@ std::vector<int64_t> PackedFolder::Numbers() const {
 
 fs::path PackedFolder::NameOf(int64_t number) const {
   const File* file = Find(number);
-  return path_ / (file == nullptr ? fmt::format("{:06}{}", number, endings_.front()) : InnerName(*file));
+  // A zip may hold "/etc/000001.txt", which would hide its own path.
+  return path_ / (file == nullptr ? fs::path(fmt::format("{:06}{}", number, endings_.front()))
+                                  : fs::path(InnerName(*file)).relative_path());
 }
 
 std::string PackedFolder::Read(int64_t number, uint64_t most) const {
