@@ -114,6 +114,11 @@ void WriteFloats(const fs::path& path, std::span<const float> values) {
   WriteFile(path, {reinterpret_cast<const char*>(values.data()), values.size_bytes()});
 }
 
+bool Exists(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
 std::vector<std::string> ListFolder(const fs::path& folder) {
   std::vector<std::string> names;
   std::error_code code;

@@ -36,6 +36,9 @@ std::vector<float> ReadFloats(const std::filesystem::path& path, size_t count = 
 std::vector<float> ParseFloats(const std::filesystem::path& path_for_errors, std::string_view bytes, size_t count = 0);
 void WriteFloats(const std::filesystem::path& path, std::span<const float> values);
 
+// Whether there is something at a path; false where that cannot be told.
+bool Exists(const std::filesystem::path& path);
+
 // Names of what a folder holds, sorted; empty when it does not exist.
 std::vector<std::string> ListFolder(const std::filesystem::path& folder);
 

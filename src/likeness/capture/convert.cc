@@ -28,11 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 fs::path Absolute(const fs::path& path) {
   std::error_code code;
   fs::path absolute = fs::weakly_canonical(path, code);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "likeness/base/file.h"
 #include "likeness/base/parallel.h"
 #include "likeness/capture/layout.h"
 
@@ -15,11 +16,6 @@ namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
 
 void CountFiles(const Capture& capture, CaptureSummary* summary) {
   ParallelFor(static_cast<int64_t>(capture.cameras().size()), [&](int64_t i) {

@@ -11,16 +11,8 @@
 #include "likeness/image/image_io.h"
 
 namespace likeness {
-namespace {
 
 namespace fs = std::filesystem;
-
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
-}  // namespace
 
 double ReadVariance(const fs::path& path) { return ParseVariance(path, ReadFile(path, 1 << 12)); }
 

@@ -24,11 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 void RemoveFolder(const fs::path& path) {
   std::error_code code;
   fs::remove_all(path, code);

@@ -15,11 +15,6 @@ namespace likeness {
 
 namespace fs = std::filesystem;
 
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 std::string SomeOf(const std::vector<std::string>& names) {
   constexpr size_t kShown = 4;
   if (names.size() <= kShown + 1) return fmt::format("{}", fmt::join(names, ", "));

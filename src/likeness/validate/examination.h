@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "likeness/base/file.h"
 #include "likeness/capture/capture.h"
 #include "likeness/capture/layout.h"
 #include "likeness/validate/finding.h"
@@ -67,8 +68,6 @@ class Examination {
 
 // The longer side of views, px.
 inline constexpr int kViewSide = 256;
-
-bool Exists(const std::filesystem::path& path);
 
 // "a, b, c and 5 more"
 std::string SomeOf(const std::vector<std::string>& names);

@@ -34,11 +34,6 @@ constexpr uint64_t kMostText = 1 << 16;
 constexpr uint64_t kMostMesh = 1 << 26;
 constexpr uint64_t kMostPicture = 1 << 28;
 
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 bool HasFrameList(const fs::path& folder) {
   return Exists(folder / "frame_list.csv") || Exists(folder / "frame_splits_list.csv");
 }

@@ -29,11 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool Exists(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 // "9" before "10", also where frames are not padded.
 bool InOrder(const FrameId& a, const FrameId& b) {
   const auto key = [](const FrameId& f) {
