@@ -15,8 +15,6 @@
 namespace likeness {
 namespace {
 
-namespace fs = std::filesystem;
-
 void CountFiles(const Capture& capture, CaptureSummary* summary) {
   ParallelFor(static_cast<int64_t>(capture.cameras().size()), [&](int64_t i) {
     for (const FrameId& frame : capture.frames()) {
