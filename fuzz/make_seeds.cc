@@ -15,6 +15,7 @@
 #include "likeness/capture/calibration.h"
 #include "likeness/capture/calibration_formats/colmap.h"
 #include "likeness/capture/calibration_formats/nerfstudio.h"
+#include "likeness/capture/condition_file.h"
 #include "likeness/capture/split_file.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/geometry/ply.h"
@@ -102,20 +103,52 @@ std::string Zip(const std::filesystem::path& scratch, bool deflate) {
   return bytes;
 }
 
+void FillWeights(Avatar* avatar) {
+  for (const TensorInfo& info : NetworkTensors(avatar->architecture)) {
+    avatar->weights[info.name] = {info.shape, std::vector<float>(static_cast<size_t>(ElementCount(info.shape)))};
+  }
+}
+
 Avatar SmallAvatar() {
   Avatar avatar;
   avatar.architecture.texture_size = 16;
   avatar.architecture.vertex_count = 4;
   avatar.architecture.latent = 3;
   avatar.topology = SquareTopology();
-  avatar.texture_mean = ImageF(16, 16, 3);
-  avatar.vertex_mean = SquareVertices();
-  for (const TensorInfo& info : NetworkTensors(avatar.architecture)) {
-    avatar.weights[info.name] = {info.shape, std::vector<float>(static_cast<size_t>(ElementCount(info.shape)))};
-  }
+  avatar.identities[0].texture_mean = ImageF(16, 16, 3);
+  avatar.identities[0].vertex_mean = SquareVertices();
   avatar.codes = {{"EXP_jaw", "000003", {1, 2, 3}}};
   avatar.training = {{"iterations", "12"}};
+  FillWeights(&avatar);
   return avatar;
+}
+
+// Two people with learned vectors, and a condition.
+Avatar SmallFamily() {
+  Avatar avatar = SmallAvatar();
+  avatar.architecture.identities = 2;
+  avatar.architecture.identity = IdentityConditioning::kLearned;
+  avatar.architecture.identity_size = 2;
+  avatar.architecture.conditions = {{"gaze", 1}};
+  avatar.identities.push_back(avatar.identities[0]);
+  avatar.identities[0].name = "anna";
+  avatar.identities[1].name = "ben";
+  avatar.condition_mean = {0};
+  avatar.condition_deviation = {1};
+  avatar.codes[0].identity = 1;
+  avatar.codes[0].conditions = {4};
+  FillWeights(&avatar);
+  return avatar;
+}
+
+// The header alone: the target makes the data itself.
+std::string HeaderOf(const Avatar& avatar, const std::filesystem::path& scratch) {
+  SaveAvatar(scratch, avatar);
+  const std::string file = ReadFile(scratch);
+  std::filesystem::remove(scratch);
+  uint64_t length = 0;
+  std::copy(file.begin(), file.begin() + sizeof(length), reinterpret_cast<char*>(&length));
+  return file.substr(sizeof(length), length);
 }
 
 void WriteSeeds(const std::filesystem::path& folder) {
@@ -139,6 +172,9 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("calibration", "sized", "400069 1334 2048" + calibration.substr(camera.name.size()));
   seed("transform", "pose", TransformText(camera.cam_from_world));
   seed("frame_list", "list", FrameListText({{"EXP_ROM", "000123"}, {"SEN_approach", "7"}}));
+  seed(
+      "condition_table", "gaze",
+      ConditionTableText({{"x", "y"}, {{{"EXP_ROM", "000123"}, {0.25f, -1}}, {{"SEN_approach", "7"}, {1e-9f, 3e7f}}}}));
   seed("split", "cameras", SplitText({{"01", "02"}, {"03"}, {"EXP_free"}}));
   seed("split", "segments", R"({"segment": ["EXP_ROM", "EXP_free_face"]})");
 
@@ -215,14 +251,9 @@ void WriteSeeds(const std::filesystem::path& folder) {
            std::string(reinterpret_cast<const char*>(values), sizeof(values)));
   const Avatar avatar = SmallAvatar();
   seed("architecture", "paper", ArchitectureToJson(avatar.architecture));
-  // The target makes the data itself.
-  const std::filesystem::path whole = folder / "whole.avatar";
-  SaveAvatar(whole, avatar);
-  const std::string file = ReadFile(whole);
-  std::filesystem::remove(whole);
-  uint64_t length = 0;
-  std::copy(file.begin(), file.begin() + sizeof(length), reinterpret_cast<char*>(&length));
-  seed("avatar", "header", file.substr(sizeof(length), length));
+  seed("architecture", "family", ArchitectureToJson(SmallFamily().architecture));
+  seed("avatar", "header", HeaderOf(avatar, folder / "scratch.avatar"));
+  seed("avatar", "family", HeaderOf(SmallFamily(), folder / "scratch.avatar"));
 }
 
 }  // namespace

@@ -255,6 +255,7 @@ bool Command::ParseArguments(std::vector<std::string> arguments) {
             option->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
           } else {
             option->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+            if (!entry.positional) option->allow_extra_args(false);  // one value a flag: --also A --also B
           }
           if (!entry.positional) flags.push_back(FlagName(entry.name));
           if (!entry.choices.empty()) option->check(CLI::IsMember(entry.choices));

@@ -30,8 +30,9 @@ class UsageError : public std::runtime_error {
 //   if (!command.Parse(argc, argv)) return 0;   // --help was asked for and written
 //
 // Option names are long and kebab-case without dashes; a bool becomes --name and --no-name. Dots group keys:
-// "loss.image" is --loss.image and `image` in the TOML table [loss]. Flags win over --config FILE.toml. An unknown flag
-// or key is an error that names the nearest known one. Every command has --config, --threads, --quiet and --help.
+// "loss.image" is --loss.image and `image` in the TOML table [loss]. A list of texts is given by naming its flag as
+// often as it has texts. Flags win over --config FILE.toml. An unknown flag or key is an error that names the nearest
+// known one. Every command has --config, --threads, --quiet and --help.
 class Command {
  public:
   Command(std::string verb, std::string summary, std::string example);

@@ -57,7 +57,8 @@ struct Example {
 
 TEST(CommandTest, FillsTheStruct) {
   Example e;
-  ASSERT_TRUE(e.Parse({"in", "--size", "64", "--rate=0.5", "--no-masks", "--cameras", "a", "b", "--loss.image", "2"}));
+  ASSERT_TRUE(e.Parse(
+      {"in", "--size", "64", "--rate=0.5", "--no-masks", "--cameras", "a", "--cameras", "b", "--loss.image", "2"}));
   EXPECT_EQ(e.capture, "in");
   EXPECT_EQ(e.size, 64);
   EXPECT_EQ(e.rate, 0.5);
@@ -74,6 +75,8 @@ TEST(CommandTest, MistakesNameTheNearestOption) {
   strict.command.Positional("OUT", &strict.out, "where to");
   EXPECT_THAT(strict.UsageErrorOf({"in"}), HasSubstr("OUT is missing"));
   EXPECT_THAT(Example().UsageErrorOf({"in", "more"}), HasSubstr("unknown argument 'more'"));
+  // A list takes one value for each time that it is named, so that it swallows no argument behind it.
+  EXPECT_THAT(Example().UsageErrorOf({"--cameras", "a", "in", "more"}), HasSubstr("unknown argument 'more'"));
 }
 
 TEST(CommandTest, AConfigurationFillsTheSameStructAndFlagsWin) {

@@ -78,7 +78,9 @@ class MeanDecoder : public FrameDecoder {
     mean_.vertices_in_head = Eigen::Map<const Vertices>(
         statistics.vertex_mean.data(), static_cast<Eigen::Index>(statistics.vertex_mean.size() / 3), 3);
   }
-  DecodedFrame Decode(std::span<const float>, const Eigen::Vector3d&) const override { return mean_; }
+  DecodedFrame Decode(std::span<const float>, const Eigen::Vector3d&, const FrameConditions&) const override {
+    return mean_;
+  }
 
  private:
   DecodedFrame mean_;

@@ -14,8 +14,10 @@
 #include "likeness/texture/texture_set.h"
 #include "likeness/train/comparison.h"
 #include "likeness/train/evaluate.h"
+#include "likeness/train/frame_encoders.h"
 #include "likeness/train/model.h"
 #include "likeness/train/multiface_protocol.h"
+#include "likeness/train/options.h"
 #include "likeness/train/report.h"
 
 namespace likeness {
@@ -27,6 +29,8 @@ struct Arguments {
   fs::path avatar;
   fs::path capture;
   CaptureOptions capture_options;
+  std::string identity;
+  fs::path performer;
   EvaluationOptions options;
   fs::path pictures;
   fs::path report;
@@ -43,6 +47,9 @@ Command Describe(Arguments& a) {
                   "likeness evaluate avatars/demo captures/demo --pictures pictures --report report.html");
   command.Positional("AVATAR", &a.avatar, "avatar file, or the folder of its training run");
   command.Positional("CAPTURE", &a.capture, "folder of the capture, unwrapped at the avatar's texture size");
+  command.Option("identity", &a.identity, "whom of the avatar's people CAPTURE shows; default: whom it is named after");
+  command.Option("performer", &a.performer,
+                 "capture of another of its people: CAPTURE's frames are drawn by the codes of the same frames there");
   command.Choice("protocol", &a.protocol, {"held-out", "multiface"},
                  "images of cameras and segments kept apart, or the texture error that the Multiface project prints");
   command.Option("json", &a.json, "write the figures as JSON");
@@ -60,6 +67,12 @@ Command Describe(Arguments& a) {
   return command;
 }
 
+// The avatar's person of a capture; `name` may be empty.
+int IdentityOf(const Avatar& avatar, const std::string& name, const fs::path& capture) {
+  if (name.empty() && avatar.identities.size() == 1) return 0;
+  return FindIdentity(avatar, name.empty() ? PersonName(capture) : name);
+}
+
 }  // namespace
 
 int RunEvaluate(int argc, const char* const* argv) {
@@ -73,7 +86,8 @@ int RunEvaluate(int argc, const char* const* argv) {
   const fs::path avatar_file = AvatarFile(a.avatar);
   const std::unique_ptr<AvatarModel> model = AvatarModel::Load(avatar_file, a.device);
   const std::unique_ptr<Capture> capture = OpenCapture(a.capture, a.capture_options);
-  CheckHeldOut(model->avatar(), *capture);
+  const int identity = IdentityOf(model->avatar(), a.identity, a.capture);
+  CheckHeldOut(model->avatar(), *capture, identity);
   const TextureSet textures(*capture, model->avatar().architecture.texture_size);
   // Read before the work starts, so that a wrong file is not found at its end.
   const fs::path default_log = avatar_file.parent_path() / "log.csv";
@@ -81,9 +95,16 @@ int RunEvaluate(int argc, const char* const* argv) {
   if (!a.log.empty() || fs::exists(default_log)) log = ReadLossLog(a.log.empty() ? default_log : a.log);
   const std::vector<StageTime> stages = a.times.empty() ? std::vector<StageTime>() : ReadStageTimes(a.times);
 
-  const FrameEncoder encode = [&](const FrameId& frame, const TrackedFrame& tracked) {
-    return model->Encode(textures.ReadAverage(frame), tracked.vertices_in_head);
-  };
+  std::unique_ptr<Capture> performer;
+  std::optional<TextureSet> performer_textures;
+  FrameEncoder encode;
+  if (a.performer.empty()) {
+    encode = OwnFrames(*model, textures, identity);
+  } else {
+    performer = OpenCapture(a.performer, a.capture_options);
+    performer_textures.emplace(*performer, textures.size());
+    encode = PerformedFrames(*model, *performer_textures, IdentityOf(model->avatar(), "", a.performer), identity);
+  }
   if (a.protocol == "multiface") {
     const MultifaceFigures figures = EvaluateAsMultiface(textures, encode, *model);
     fmt::print("{}\n", a.json ? ToJson(figures) : ToText(figures));
@@ -106,7 +127,7 @@ int RunEvaluate(int argc, const char* const* argv) {
     text += fmt::format("CSV        {}\n", a.csv.string());
   }
   if (!a.report.empty()) {
-    WriteFile(a.report, ReportHtml({a.avatar.string(), model->avatar(), *capture, result, log, stages}));
+    WriteFile(a.report, ReportHtml({a.avatar.string(), model->avatar(), *capture, result, log, stages, identity}));
     WriteFile(fs::path(a.report).replace_extension(".toml"), command.ResolvedToml());
     json["report"] = a.report.string();
     text += fmt::format("report     {}\n", a.report.string());

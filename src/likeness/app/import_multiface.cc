@@ -93,10 +93,10 @@ int RunImportMultiface(int argc, const char* const* argv) {
   const TextureStatistics statistics = a.AllStatistics()
                                            ? ReadGivenStatistics(a, avatar.architecture)
                                            : TextureSet(*capture, avatar.architecture.texture_size).ReadStatistics();
-  avatar.texture_mean = statistics.mean;
+  avatar.identities[0].texture_mean = statistics.mean;
   avatar.texture_variance = statistics.variance;
-  avatar.vertex_mean = Eigen::Map<const Vertices>(statistics.vertex_mean.data(),
-                                                  static_cast<Eigen::Index>(statistics.vertex_mean.size() / 3), 3);
+  avatar.identities[0].vertex_mean = Eigen::Map<const Vertices>(
+      statistics.vertex_mean.data(), static_cast<Eigen::Index>(statistics.vertex_mean.size() / 3), 3);
   avatar.vertex_variance = statistics.vertex_variance;
   avatar.training = {{"imported", a.checkpoint.filename().string()}};
 

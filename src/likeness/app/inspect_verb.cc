@@ -133,7 +133,8 @@ Description DescribeAvatar(const fs::path& path, bool draw) {
   const Avatar avatar = LoadAvatar(path);
   Description d = {AvatarJson(path, avatar), AvatarText(path, avatar), {}};
   if (draw)
-    d.picture = DrawTexturedViews(avatar.vertex_mean, avatar.topology, ToU8(avatar.texture_mean), "mean texture");
+    d.picture = DrawTexturedViews(avatar.identities[0].vertex_mean, avatar.topology,
+                                  ToU8(avatar.identities[0].texture_mean), "mean texture");
   return d;
 }
 

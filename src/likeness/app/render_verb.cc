@@ -14,6 +14,7 @@
 #include "likeness/base/file.h"
 #include "likeness/base/text.h"
 #include "likeness/image/image_io.h"
+#include "likeness/image/panels.h"
 #include "likeness/render/portrait.h"
 #include "likeness/render/rasterizer.h"
 #include "likeness/train/model.h"
@@ -32,6 +33,9 @@ struct Arguments {
   CaptureOptions capture_options;
   std::string frame = "mean";
   fs::path code;
+  std::string identity;
+  std::vector<std::string> conditions;
+  int sheet = 0;
   int width = 0;
   int height = 0;
   double focal_px = 0;
@@ -41,15 +45,22 @@ struct Arguments {
 };
 
 Command Describe(Arguments& a) {
-  Command command("render", "Draws a decoded frame of an avatar.",
+  Command command("render", "Draws a decoded frame of an avatar, as any of its people.",
                   "likeness render avatars/demo face.png --view 35,10 --frame mean --background 32,34,38");
   command.Positional("AVATAR", &a.avatar, "avatar file, or the folder of its training run");
   command.Positional("OUT", &a.out, "PNG file to write");
   command.Option("view", &a.view, "AZIMUTH,ELEVATION in degrees: towards the subject's left, and up");
   command.Option("camera", &a.camera, "the view of this camera of --capture instead");
   command.Option("capture", &a.capture, "folder of the capture that --camera belongs to");
-  command.Option("frame", &a.frame, "mean, a number from 0, or SEGMENT/FRAME of a training frame");
+  command.Option("frame", &a.frame, "mean, a number from 0, or [PERSON/]SEGMENT/FRAME of a training frame");
   command.Option("code", &a.code, "text file with a latent code, instead of --frame");
+  command.Option("identity", &a.identity, "which of the avatar's people to draw; default: whose frame it is");
+  command.Option("condition", &a.conditions,
+                 "NAME=V,V,...: a named condition, instead of the frame's; may be repeated");
+  command.Option(
+      "sheet", &a.sheet,
+      "so many of --identity's frames, spread evenly, each drawn as everybody: rows of one code, columns of one "
+      "person");
   command.Option("width", &a.width, "pixels; 0: 768, or the camera's");
   command.Option("height", &a.height, "pixels; 0: 1024, or the camera's");
   command.Option("focal", &a.focal_px, "focal length in pixels; 0: the head fits, or the camera's");
@@ -86,7 +97,40 @@ Shot PortraitShot(const Arguments& a, const Avatar& avatar) {
   options.width = a.width > 0 ? a.width : 768;
   options.height = a.height > 0 ? a.height : 1024;
   options.focal_px = a.focal_px;
-  return {PortraitCamera(avatar.vertex_mean, avatar.topology, options), {}};
+  return {PortraitCamera(avatar.identities[identity].vertex_mean, avatar.topology, options), {}};
+}
+
+ImageU8 Draw(const AvatarModel& model, std::span<const float> code, const FrameConditions& conditions, const Shot& shot,
+             const DrawOptions& options) {
+  const DecodedFrame decoded = model.Decode(code, ViewVector(shot.camera, shot.world_from_head), conditions);
+  return DrawMesh(decoded.vertices_in_head, model.avatar().topology, decoded.texture, shot.camera, shot.world_from_head,
+                  options)
+      .colour;
+}
+
+// Rows of one code, columns of one person.
+ImageU8 DrawSheet(const Arguments& a, const AvatarModel& model, int identity, const DrawOptions& options) {
+  const Avatar& avatar = model.avatar();
+  std::vector<const FrameCode*> frames;
+  for (const FrameCode& code : avatar.codes) {
+    if (code.identity == identity) frames.push_back(&code);
+  }
+  if (frames.empty()) throw Error("{}: knows no codes of frames; --sheet needs them", a.avatar.string());
+  const size_t count = std::min(frames.size(), static_cast<size_t>(a.sheet));
+  std::vector<ImageU8> rows;
+  for (size_t row = 0; row < count; ++row) {
+    const FrameCode& frame = *frames[row * frames.size() / count];
+    std::vector<Panel> panels;
+    for (int person = 0; person < avatar.architecture.identities; ++person) {
+      FrameConditions conditions = ConditionsOf(frame);
+      conditions.identity = person;
+      for (const std::string& assignment : a.conditions) SetCondition(avatar, assignment, &conditions);
+      panels.push_back({Draw(model, frame.mu, conditions, PortraitShot(a, avatar, person), options),
+                        person == identity ? frame.segment + " " + frame.frame : avatar.identities[person].name});
+    }
+    rows.push_back(SideBySide(panels));
+  }
+  return Stacked(rows);
 }
 
 Shot CaptureShot(const Arguments& a, const FrameCode* frame) {
@@ -113,6 +157,10 @@ int RunRender(int argc, const char* const* argv) {
   if (a.width < 0 || a.height < 0 || a.width > 16384 || a.height > 16384) {
     throw UsageError("--width and --height are 0 to 16384 pixels");
   }
+  if (a.sheet < 0 || a.sheet > 100) throw UsageError("--sheet has 1 to 100 rows");
+  if (a.sheet > 0 && (!a.camera.empty() || !a.code.empty())) {
+    throw UsageError("--sheet draws frames of the avatar's own from --view; --camera and --code do not go with it");
+  }
   DrawOptions options;
   options.supersample = a.supersample;
   options.background = ParseBackground(a.background);
@@ -120,17 +168,25 @@ int RunRender(int argc, const char* const* argv) {
 
   const std::unique_ptr<AvatarModel> model = AvatarModel::Load(AvatarFile(a.avatar), a.device);
   const Avatar& avatar = model->avatar();
-  NamedCode code;
-  if (a.code.empty()) {
-    code = FindCode(avatar, a.frame);
+  const int identity = a.identity.empty() ? 0 : FindIdentity(avatar, a.identity);
+  ImageU8 picture;
+  if (a.sheet > 0) {
+    picture = DrawSheet(a, *model, identity, options);
   } else {
-    code.mu = ReadCode(a.code, avatar.architecture.latent);
+    NamedCode code;
+    if (a.code.empty()) {
+      code = FindCode(avatar, a.frame, identity);
+    } else {
+      code.mu = ReadCode(a.code, avatar.architecture.latent);
+    }
+    FrameConditions conditions;
+    if (code.frame != nullptr) conditions = ConditionsOf(*code.frame);
+    if (code.frame == nullptr || !a.identity.empty()) conditions.identity = identity;
+    for (const std::string& assignment : a.conditions) SetCondition(avatar, assignment, &conditions);
+    const Shot shot = a.camera.empty() ? PortraitShot(a, avatar, conditions.identity) : CaptureShot(a, code.frame);
+    picture = Draw(*model, code.mu, conditions, shot, options);
   }
-  const Shot shot = a.camera.empty() ? PortraitShot(a, avatar) : CaptureShot(a, code.frame);
-  const DecodedFrame decoded = model->Decode(code.mu, ViewVector(shot.camera, shot.world_from_head));
-  const Rendering rendering =
-      DrawMesh(decoded.vertices_in_head, avatar.topology, decoded.texture, shot.camera, shot.world_from_head, options);
-  WritePng(a.out, rendering.colour);
+  WritePng(a.out, picture);
   WriteFile(fs::path(a.out).replace_extension(".toml"), command.ResolvedToml());
   fmt::print("{}\n", a.out.string());
   return 0;

@@ -30,6 +30,7 @@ Command Describe(Arguments& arguments) {
                   "likeness train captures/demo avatars/demo --size 256 --minutes 7");
   command.Positional("CAPTURE", &o.capture, "folder of the capture, unwrapped");
   command.Positional("OUT", &o.out, "folder for avatar.safetensors, checkpoints, log.csv and TensorBoard events");
+  command.Option("also", &o.also, "another person's capture, for one network that shows both; may be repeated");
   command.Choice("preset", &o.preset, PresetNames(), "recipe that sets the defaults of all other options");
   command.Option("size", &o.size, "texels a side; 0: the largest that the capture is unwrapped at");
   command.Option("latent", &o.latent, "values in a code");
@@ -40,6 +41,12 @@ Command Describe(Arguments& arguments) {
   command.Choice("layout", &o.layout, LayoutNames(), "widths of the layers");
   command.Choice("upsampling", &o.upsampling, UpsamplingNames(), "how the decoder's convolutions double the side");
   command.Option("residual", &o.residual, "a residual convolution after each convolution");
+  std::vector<std::string> identities = IdentityConditioningNames();
+  identities.insert(identities.begin(), "auto");
+  command.Choice("identity", &o.identity, identities,
+                 "how the network is told whose face it is; auto: one-hot for several people");
+  command.Option("identity-size", &o.identity_size, "values of a learned identity vector");
+  command.Option("condition", &o.conditions, "tell the network CAPTURE/conditions/TEXT.csv; may be repeated");
   command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
   command.Option("colours", &o.colours, "a colour gain and bias for each camera but the first");
   command.Option("colour-rate", &o.colour_rate, "their learning rate, times the network's");

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "likeness/base/error.h"
 #include "likeness/base/json.h"
@@ -49,6 +50,11 @@ const std::vector<std::string>& Names<Upsampling>() {
   return names;
 }
 template <>
+const std::vector<std::string>& Names<IdentityConditioning>() {
+  static const std::vector<std::string> names = {"none", "one-hot", "learned"};
+  return names;
+}
+template <>
 const std::vector<std::string>& Names<Geometry>() {
   static const std::vector<std::string> names = {"tracked", "smoothed", "ellipsoid", "billboard"};
   return names;
@@ -78,6 +84,11 @@ void OnlyAvailable(const char* what, Enum value, std::initializer_list<Enum> ava
 constexpr int kPaperInnerSize = 4;
 constexpr int kMultifaceShrink = 256;  // eight halvings
 
+constexpr int kMostIdentities = 1000;
+constexpr size_t kMostConditions = 64;
+constexpr int kMostConditionValues = 1024;
+constexpr size_t kLongestConditionName = 64;
+
 void InRange(const char* what, int value, int least, int most) {
   if (value < least || value > most) throw Error("{} is {}; expected {} to {}", what, value, least, most);
 }
@@ -96,7 +107,23 @@ void Architecture::Check() const {
                 kMultifaceShrink);
   }
   OnlyAvailable("geometry", geometry, {Geometry::kTracked});
-  if (identities != 1) throw Error("identities is {}; more than one person is not available yet", identities);
+  InRange("identities", identities, 1, kMostIdentities);
+  if (identity != IdentityConditioning::kNone && identities == 1) {
+    throw Error("identity is '{}', which tells several people apart; there is one", ToString(identity));
+  }
+  const bool learned = identity == IdentityConditioning::kLearned;
+  InRange("identity size", identity_size, learned ? 1 : 0, learned ? kMostConditionValues : 0);
+  if (conditions.size() > kMostConditions) {
+    throw Error("there are {} named conditions; expected at most {}", conditions.size(), kMostConditions);
+  }
+  std::set<std::string> names;
+  for (const NamedCondition& condition : conditions) {
+    if (!IsConditionName(condition.name)) {
+      throw Error("a condition is called '{}'; expected letters, digits, '-' and '_'", condition.name);
+    }
+    if (!names.insert(condition.name).second) throw Error("the condition '{}' is named twice", condition.name);
+    InRange(("size of " + condition.name).c_str(), condition.size, 1, kMostConditionValues);
+  }
 }
 
 std::vector<int> EncoderChannels(const Architecture& architecture) {
@@ -144,12 +171,42 @@ int ViewChannels(const Architecture& architecture) {
   return 3;
 }
 
+int IdentityChannels(const Architecture& architecture) {
+  switch (architecture.identity) {
+    case IdentityConditioning::kOneHot:
+      return architecture.identities;
+    case IdentityConditioning::kLearned:
+      return architecture.identity_size;
+    case IdentityConditioning::kNone:
+      break;
+  }
+  return 0;
+}
+
+int NamedChannels(const Architecture& architecture) {
+  int channels = 0;
+  for (const NamedCondition& condition : architecture.conditions) channels += condition.size;
+  return channels;
+}
+
+int ConditionChannels(const Architecture& architecture) {
+  return IdentityChannels(architecture) + NamedChannels(architecture);
+}
+
+bool IsConditionName(const std::string& name) {
+  const auto known = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+  };
+  return !name.empty() && name.size() <= kLongestConditionName && std::all_of(name.begin(), name.end(), known);
+}
+
 std::string ToString(ModelKind value) { return Spelling(value); }
 std::string ToString(Conditioning value) { return Spelling(value); }
 std::string ToString(Normalisation value) { return Spelling(value); }
 std::string ToString(UntiedBias value) { return Spelling(value); }
 std::string ToString(Layout value) { return Spelling(value); }
 std::string ToString(Upsampling value) { return Spelling(value); }
+std::string ToString(IdentityConditioning value) { return Spelling(value); }
 std::string ToString(Geometry value) { return Spelling(value); }
 ModelKind ParseModelKind(const std::string& text) { return Parse<ModelKind>("model", text); }
 Conditioning ParseConditioning(const std::string& text) { return Parse<Conditioning>("conditioning", text); }
@@ -157,6 +214,9 @@ Normalisation ParseNormalisation(const std::string& text) { return Parse<Normali
 UntiedBias ParseUntiedBias(const std::string& text) { return Parse<UntiedBias>("untied bias", text); }
 Layout ParseLayout(const std::string& text) { return Parse<Layout>("layout", text); }
 Upsampling ParseUpsampling(const std::string& text) { return Parse<Upsampling>("upsampling", text); }
+IdentityConditioning ParseIdentityConditioning(const std::string& text) {
+  return Parse<IdentityConditioning>("identity", text);
+}
 Geometry ParseGeometry(const std::string& text) { return Parse<Geometry>("geometry", text); }
 const std::vector<std::string>& ModelKindNames() { return Names<ModelKind>(); }
 const std::vector<std::string>& ConditioningNames() { return Names<Conditioning>(); }
@@ -164,9 +224,12 @@ const std::vector<std::string>& NormalisationNames() { return Names<Normalisatio
 const std::vector<std::string>& UntiedBiasNames() { return Names<UntiedBias>(); }
 const std::vector<std::string>& LayoutNames() { return Names<Layout>(); }
 const std::vector<std::string>& UpsamplingNames() { return Names<Upsampling>(); }
+const std::vector<std::string>& IdentityConditioningNames() { return Names<IdentityConditioning>(); }
 const std::vector<std::string>& GeometryNames() { return Names<Geometry>(); }
 
 std::string ArchitectureToJson(const Architecture& a) {
+  nlohmann::ordered_json conditions = nlohmann::ordered_json::array();
+  for (const NamedCondition& condition : a.conditions) conditions.push_back({condition.name, condition.size});
   const nlohmann::ordered_json json = {{"preset", a.preset},
                                        {"model", ToString(a.model)},
                                        {"texture_size", a.texture_size},
@@ -179,7 +242,10 @@ std::string ArchitectureToJson(const Architecture& a) {
                                        {"upsampling", ToString(a.upsampling)},
                                        {"residual", a.residual},
                                        {"geometry", ToString(a.geometry)},
-                                       {"identities", a.identities}};
+                                       {"identities", a.identities},
+                                       {"identity", ToString(a.identity)},
+                                       {"identity_size", a.identity_size},
+                                       {"conditions", conditions}};
   return json.dump();
 }
 
@@ -187,13 +253,13 @@ Architecture ArchitectureFromJson(const std::string& text) {
   Architecture a;
   try {
     const nlohmann::json json = ParseJson("the architecture", text);
-    const auto integer = [&](const char* key) {
-      const nlohmann::json& value = json.at(key);
+    const auto whole = [](const char* what, const nlohmann::json& value) {
       if (!value.is_number_integer() || value < 0 || value > 1'000'000) {
-        throw Error("the architecture's {} is {}; expected a whole number", key, value.dump());
+        throw Error("the architecture's {} is {}; expected a whole number", what, value.dump());
       }
       return value.get<int>();
     };
+    const auto integer = [&](const char* key) { return whole(key, json.at(key)); };
     const auto word = [&](const char* key) { return json.at(key).get<std::string>(); };
     a.preset = word("preset");
     a.model = ParseModelKind(word("model"));
@@ -209,6 +275,12 @@ Architecture ArchitectureFromJson(const std::string& text) {
     a.residual = json.value("residual", a.residual);
     a.geometry = ParseGeometry(word("geometry"));
     a.identities = integer("identities");
+    // Files of version 2 do not name these.
+    a.identity = ParseIdentityConditioning(json.value("identity", ToString(a.identity)));
+    if (json.contains("identity_size")) a.identity_size = integer("identity_size");
+    for (const nlohmann::json& condition : json.value("conditions", nlohmann::json::array())) {
+      a.conditions.push_back({condition.at(0).get<std::string>(), whole("conditions' size", condition.at(1))});
+    }
   } catch (const nlohmann::json::exception& error) {
     throw Error("the architecture is not understood: {}", error.what());
   }

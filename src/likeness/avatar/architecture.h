@@ -9,6 +9,11 @@
 //
 // Leaky ReLU 0.2 follows every layer but those that make mu, log sigma, the mesh and the texture. The enumerations
 // below say what can be chosen otherwise.
+//
+// A network for several people, or for frames that differ in more than the face (gaze, light), has a condition vector c
+// (section 4, "Identity Conditioning"): who it is, then the named conditions of the frame. It stands beside the code
+// wherever the decoder reads z, [z, c], and beside the two sub-encodings where the encoder makes mu and log sigma, so
+// that z need not carry what c tells. In the linear models the encoder has it beside the mesh.
 
 #pragma once
 
@@ -61,6 +66,21 @@ enum class Upsampling {
   kNearest,     // every texel four times, then a convolution 3 x 3 (Multiface calls it bilinear)
 };
 
+// How the network is told whose face it is, the first part of the condition vector.
+enum class IdentityConditioning {
+  kNone,     // not at all
+  kOneHot,   // 1 at the person's place, 0 elsewhere (the paper's choice)
+  kLearned,  // a vector of identity_size values for each person, trained with the network
+};
+
+// A named condition of every frame: "gaze".
+struct NamedCondition {
+  std::string name;
+  int size = 0;  // values
+
+  bool operator==(const NamedCondition&) const = default;
+};
+
 // The mesh that textures are unwrapped onto and that the decoder gives.
 enum class Geometry { kTracked, kSmoothed, kEllipsoid, kBillboard };
 
@@ -78,6 +98,9 @@ struct Architecture {
   bool residual = false;  // after each convolution h = act(h + conv3x3(h)); without act where h is the texture
   Geometry geometry = Geometry::kTracked;
   int identities = 1;  // people that one network holds
+  IdentityConditioning identity = IdentityConditioning::kNone;
+  int identity_size = 0;                   // values of a learned identity vector; 0 otherwise
+  std::vector<NamedCondition> conditions;  // in the order of the condition vector
 
   // Throws Error for values out of range and for choices that are not available yet.
   void Check() const;
@@ -116,6 +139,14 @@ bool ViewInAllLayers(const Architecture& architecture);
 // Values that the view vector becomes before it is joined or added: 3, 8 or 32.
 int ViewChannels(const Architecture& architecture);
 
+// Values in the condition vector: those that say who it is, those of the named conditions, and both.
+int IdentityChannels(const Architecture& architecture);
+int NamedChannels(const Architecture& architecture);
+int ConditionChannels(const Architecture& architecture);
+
+// Whether a condition may have this name, which is also a file's: letters, digits, '-' and '_'.
+bool IsConditionName(const std::string& name);
+
 // Names as configuration and files spell them. Parse throws Error naming what is known; `what` is the option's name.
 std::string ToString(ModelKind value);
 std::string ToString(Conditioning value);
@@ -123,6 +154,7 @@ std::string ToString(Normalisation value);
 std::string ToString(UntiedBias value);
 std::string ToString(Layout value);
 std::string ToString(Upsampling value);
+std::string ToString(IdentityConditioning value);
 std::string ToString(Geometry value);
 ModelKind ParseModelKind(const std::string& text);
 Conditioning ParseConditioning(const std::string& text);
@@ -130,6 +162,7 @@ Normalisation ParseNormalisation(const std::string& text);
 UntiedBias ParseUntiedBias(const std::string& text);
 Layout ParseLayout(const std::string& text);
 Upsampling ParseUpsampling(const std::string& text);
+IdentityConditioning ParseIdentityConditioning(const std::string& text);
 Geometry ParseGeometry(const std::string& text);
 const std::vector<std::string>& ModelKindNames();
 const std::vector<std::string>& ConditioningNames();
@@ -137,6 +170,7 @@ const std::vector<std::string>& NormalisationNames();
 const std::vector<std::string>& UntiedBiasNames();
 const std::vector<std::string>& LayoutNames();
 const std::vector<std::string>& UpsamplingNames();
+const std::vector<std::string>& IdentityConditioningNames();
 const std::vector<std::string>& GeometryNames();
 
 // One line of JSON, as avatar files and checkpoints keep it. Parse throws Error (without a file name).

@@ -35,6 +35,10 @@ TEST(Architecture, JsonRoundTrip) {
   a.layout = Layout::kMultiface;
   a.upsampling = Upsampling::kNearest;
   a.residual = true;
+  a.identities = 3;
+  a.identity = IdentityConditioning::kLearned;
+  a.identity_size = 5;
+  a.conditions = {{"gaze", 6}, {"light", 1}};
   EXPECT_EQ(ArchitectureFromJson(ArchitectureToJson(a)), a);
 }
 
@@ -54,6 +58,9 @@ TEST(Architecture, EveryNameParsesBack) {
   for (const std::string& name : UntiedBiasNames()) EXPECT_EQ(ToString(ParseUntiedBias(name)), name);
   for (const std::string& name : LayoutNames()) EXPECT_EQ(ToString(ParseLayout(name)), name);
   for (const std::string& name : UpsamplingNames()) EXPECT_EQ(ToString(ParseUpsampling(name)), name);
+  for (const std::string& name : IdentityConditioningNames()) {
+    EXPECT_EQ(ToString(ParseIdentityConditioning(name)), name);
+  }
   for (const std::string& name : GeometryNames()) EXPECT_EQ(ToString(ParseGeometry(name)), name);
   EXPECT_EQ(ToString(Conditioning::kFc8All), "fc8-all");
   EXPECT_EQ(ToString(Geometry::kBillboard), "billboard");
@@ -78,7 +85,22 @@ TEST(Architecture, CheckNamesWhatIsWrongAndWhatIsNotAvailable) {
               }),
               HasSubstr("at least 256"));
   EXPECT_THAT(error([](Architecture& a) { a.geometry = Geometry::kEllipsoid; }), HasSubstr("not available yet"));
-  EXPECT_THAT(error([](Architecture& a) { a.identities = 8; }), HasSubstr("not available yet"));
+  EXPECT_EQ(error([](Architecture& a) { a.identities = 8; }), "");
+  EXPECT_THAT(error([](Architecture& a) { a.identities = 0; }), HasSubstr("identities is 0"));
+  EXPECT_THAT(error([](Architecture& a) { a.identity = IdentityConditioning::kOneHot; }), HasSubstr("there is one"));
+  const auto two = [&](auto change) {
+    return error([&](Architecture& a) {
+      a.identities = 2;
+      change(a);
+    });
+  };
+  EXPECT_EQ(two([](Architecture& a) { a.identity = IdentityConditioning::kOneHot; }), "");
+  EXPECT_THAT(two([](Architecture& a) { a.identity = IdentityConditioning::kLearned; }), HasSubstr("identity size"));
+  EXPECT_THAT(two([](Architecture& a) { a.identity_size = 4; }), HasSubstr("identity size"));
+  EXPECT_EQ(error([](Architecture& a) { a.conditions = {{"gaze", 6}}; }), "");
+  EXPECT_THAT(error([](Architecture& a) { a.conditions = {{"../gaze", 6}}; }), HasSubstr("letters, digits"));
+  EXPECT_THAT(error([](Architecture& a) { a.conditions = {{"gaze", 6}, {"gaze", 2}}; }), HasSubstr("named twice"));
+  EXPECT_THAT(error([](Architecture& a) { a.conditions = {{"gaze", 0}}; }), HasSubstr("size of gaze"));
 }
 
 TEST(Architecture, BadJsonIsAnError) {
@@ -99,6 +121,10 @@ TEST(Architecture, BadJsonIsAnError) {
   EXPECT_THAT(error(with("256", "\"256\"")), HasSubstr("texture_size"));
   EXPECT_THAT(error(with("\"deep\"", "\"shallow\"")), HasSubstr("model is 'shallow'"));
   EXPECT_THAT(error(with("\"deep\"", "7")), HasSubstr("not understood"));
+  for (const char* conditions : {"7", "[7]", "[[]]", "[[\"gaze\"]]", "[[7, 7]]", "{\"a\": 1}"}) {
+    EXPECT_NE(error(with("[]", conditions)), "") << conditions;
+  }
+  EXPECT_THAT(error(with("[]", "[[\"gaze\", 1e300]]")), HasSubstr("whole number"));
 }
 
 }  // namespace

@@ -11,19 +11,22 @@
 
 namespace likeness {
 
-std::vector<float> MeanCode(const Avatar& avatar) {
+std::vector<float> MeanCode(const Avatar& avatar, int identity) {
   std::vector<double> sum(avatar.architecture.latent, 0.0);
+  double count = 0;
   for (const FrameCode& code : avatar.codes) {
+    if (code.identity != identity) continue;
     for (size_t i = 0; i < sum.size(); ++i) sum[i] += code.mu[i];
+    ++count;
   }
   std::vector<float> mean(sum.size());
-  const double count = std::max<double>(1, static_cast<double>(avatar.codes.size()));
-  std::transform(sum.begin(), sum.end(), mean.begin(), [&](double s) { return static_cast<float>(s / count); });
+  std::transform(sum.begin(), sum.end(), mean.begin(),
+                 [&](double s) { return static_cast<float>(s / std::max(1.0, count)); });
   return mean;
 }
 
-NamedCode FindCode(const Avatar& avatar, const std::string& name) {
-  if (name == "mean") return {MeanCode(avatar), nullptr};
+NamedCode FindCode(const Avatar& avatar, const std::string& name, int identity) {
+  if (name == "mean") return {MeanCode(avatar, identity), nullptr};
   size_t index = 0;
   const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
   if (error == std::errc() && end == name.data() + name.size()) {
@@ -31,13 +34,19 @@ NamedCode FindCode(const Avatar& avatar, const std::string& name) {
     throw Error("there is no frame {}: the avatar has the codes of {} frames", name, avatar.codes.size());
   }
   std::vector<std::string> names;
+  const FrameCode* anybody = nullptr;
   for (const FrameCode& code : avatar.codes) {
-    names.push_back(code.segment + "/" + code.frame);
-    if (names.back() == name) return {code.mu, &code};
+    const std::string short_name = code.segment + "/" + code.frame;
+    names.push_back(short_name);
+    if (avatar.identities.size() > 1) names.push_back(avatar.identities[code.identity].name + "/" + short_name);
+    if (names.back() == name || (short_name == name && code.identity == identity)) return {code.mu, &code};
+    if (short_name == name && anybody == nullptr) anybody = &code;
   }
+  if (anybody != nullptr) return {anybody->mu, anybody};
   const std::string nearest = NearestWord(name, names);
-  throw Error("there is no frame '{}'{}; expected mean, a number below {}, or SEGMENT/FRAME of a training frame", name,
-              nearest.empty() ? "" : fmt::format(", did you mean '{}'?", nearest), avatar.codes.size());
+  throw Error("there is no frame '{}'{}; expected mean, a number below {}, or {}SEGMENT/FRAME of a training frame",
+              name, nearest.empty() ? "" : fmt::format(", did you mean '{}'?", nearest), avatar.codes.size(),
+              avatar.identities.size() > 1 ? "PERSON/" : "");
 }
 
 std::vector<float> ReadCode(const std::filesystem::path& path, int latent) {

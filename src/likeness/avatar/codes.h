@@ -10,16 +10,17 @@
 
 namespace likeness {
 
-// Mean of the avatar's codes, a face at rest; zeros, where training put the middle, when it has none.
-std::vector<float> MeanCode(const Avatar& avatar);
+// Mean of the codes of a person's frames, a face at rest; zeros, where training put the middle, when there are none.
+std::vector<float> MeanCode(const Avatar& avatar, int identity = 0);
 
-// The code that `name` means: "mean", a number from 0 (the avatar's codes in their order), or "SEGMENT/FRAME". Throws
-// Error that says what there is for anything else.
+// The code that `name` means: "mean" (of the person's), a number from 0 (the avatar's codes in their order),
+// "SEGMENT/FRAME" (the person's where there is such a frame, otherwise the first one's who has it), or
+// "PERSON/SEGMENT/FRAME". Throws Error that says what there is for anything else.
 struct NamedCode {
   std::vector<float> mu;             // [latent]
   const FrameCode* frame = nullptr;  // none for the mean
 };
-NamedCode FindCode(const Avatar& avatar, const std::string& name);
+NamedCode FindCode(const Avatar& avatar, const std::string& name, int identity = 0);
 
 // Reads a code from a text file: as many numbers as the avatar's latent code has, parted by blanks, commas or lines.
 // Throws Error with the line.

@@ -34,6 +34,20 @@ TEST(CodesTest, AreFoundByNumberAndName) {
   EXPECT_THAT(MeanCode(without_codes), ElementsAre(0, 0, 0));
 }
 
+TEST(CodesTest, OfSeveralPeople) {
+  Avatar avatar = MakeAvatar();
+  avatar.architecture.identities = 2;
+  avatar.identities = {{"anna", {}, {}}, {"ben", {}, {}}};
+  avatar.codes.push_back({"smile", "000001", {7, 8, 9}, 1});
+  EXPECT_EQ(FindCode(avatar, "smile/000001").frame, &avatar.codes[0]);
+  EXPECT_EQ(FindCode(avatar, "smile/000001", 1).frame, &avatar.codes[2]);
+  EXPECT_EQ(FindCode(avatar, "talk/000007", 1).frame, &avatar.codes[1]);
+  EXPECT_EQ(FindCode(avatar, "ben/smile/000001").frame, &avatar.codes[2]);
+  EXPECT_THAT(FindCode(avatar, "mean", 1).mu, ElementsAre(7, 8, 9));
+  EXPECT_THAT(FindCode(avatar, "mean", 0).mu, ElementsAre(2, 2, 1));
+  EXPECT_THAT(ErrorOf([&] { FindCode(avatar, "bem/smile/000001"); }), HasSubstr("did you mean 'ben/smile/000001'"));
+}
+
 TEST(CodesTest, AreReadFromText) {
   const ScratchFolder scratch;
   const auto read = [&](const std::string& text) {

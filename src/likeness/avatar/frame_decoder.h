@@ -1,10 +1,11 @@
-// What shows or judges an avatar needs of it: a texture and a mesh for a code and a view.
+// What shows or judges an avatar needs of it: a texture and a mesh for a code, a view, and whose face it is.
 
 #pragma once
 
 #include <Eigen/Core>
 #include <span>
 
+#include "likeness/avatar/conditions.h"
 #include "likeness/geometry/mesh.h"
 #include "likeness/image/image.h"
 
@@ -21,7 +22,14 @@ class FrameDecoder {
 
   //   code           [latent] as Encode or the avatar's codes give it
   //   view_in_head   unit direction from the head's centre to the camera, head space (ViewVector)
-  virtual DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view_in_head) const = 0;
+  //   conditions     whose face, and the frame's named conditions
+  virtual DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view_in_head,
+                              const FrameConditions& conditions) const = 0;
+
+  // The first person under mean conditions.
+  DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view_in_head) const {
+    return Decode(code, view_in_head, FrameConditions());
+  }
 };
 
 }  // namespace likeness

@@ -25,16 +25,19 @@ void AddEncoder(const Architecture& a, std::vector<LayerInfo>& layers) {
     }
     in = out;
   }
-  const int inner = channels.back() * InnerSize(a) * InnerSize(a), both = 2 * kSubEncoding;
+  const int inner = channels.back() * InnerSize(a) * InnerSize(a);
+  const int both = 2 * kSubEncoding + ConditionChannels(a);
   AddLinear(layers, "encoder.texture_fc", inner, kSubEncoding, "the inner features, channel by channel and row by row");
   AddLinear(layers, "encoder.mesh_fc", 3 * a.vertex_count, kSubEncoding,
             "the standardised vertices, x y z after x y z");
   if (a.layout == Layout::kMultiface) {
     AddLinear(layers, "encoder.code_fc", both, 2 * a.latent,
-              "texture's and mesh's sub-encodings to the mean code / 0.1, then its log deviation / 0.01");
+              "texture's and mesh's sub-encodings and the condition vector to the mean code / 0.1, then its log "
+              "deviation / 0.01");
     return;
   }
-  AddLinear(layers, "encoder.mu_fc", both, a.latent, "texture's and mesh's sub-encodings to the mean code");
+  AddLinear(layers, "encoder.mu_fc", both, a.latent,
+            "texture's and mesh's sub-encodings and the condition vector to the mean code");
   AddLinear(layers, "encoder.log_sigma_fc", both, a.latent, "the same to the code's log deviation");
 }
 
@@ -43,7 +46,8 @@ void AddDecoder(const Architecture& a, std::vector<LayerInfo>& layers) {
   const int inner = channels.front() * InnerSize(a) * InnerSize(a), view = ViewChannels(a);
   const int stages = static_cast<int>(channels.size()) - 1;
   const bool all = ViewInAllLayers(a), untied = a.untied_bias != UntiedBias::kNone;
-  AddLinear(layers, "decoder.code_fc", a.latent, kSubEncoding, "the code");
+  AddLinear(layers, "decoder.code_fc", a.latent + ConditionChannels(a), kSubEncoding,
+            "the code, then the condition vector");
   AddLinear(layers, "decoder.mesh_fc", kSubEncoding, 3 * a.vertex_count,
             "to the standardised vertices, x y z after x y z");
   if (a.conditioning != Conditioning::kRaw && a.conditioning != Conditioning::kRawAll) {
@@ -71,15 +75,18 @@ void AddDecoder(const Architecture& a, std::vector<LayerInfo>& layers) {
 
 void AddLinearModel(const Architecture& a, std::vector<LayerInfo>& layers) {
   const int texture = 3 * a.texture_size * a.texture_size, mesh = 3 * a.vertex_count;
+  const int condition = ConditionChannels(a), state = a.latent + condition;
   const bool bilinear = a.model == ModelKind::kBilinear;
   AddLinear(layers, "encoder.texture_fc", texture, a.latent,
             "the standardised average texture, red green blue after red green blue, row by row; added to the next");
-  AddLinear(layers, "encoder.mesh_fc", mesh, a.latent, "the standardised vertices; the sum is the mean code");
+  AddLinear(layers, "encoder.mesh_fc", mesh + condition, a.latent,
+            "the standardised vertices, then the condition vector; the sum is the mean code");
   layers.push_back({"encoder.log_sigma", LayerKind::kConstant, 0, a.latent, 1, false, "the code's log deviation"});
-  AddLinear(layers, "decoder.mesh_fc", a.latent, mesh, "to the standardised vertices, x y z after x y z");
-  AddLinear(layers, "decoder.texture_fc", bilinear ? 3 * a.latent : a.latent, texture,
-            bilinear ? "the code times the view's x, then y, then z, to the standardised texture"
-                     : "the code to the standardised texture");
+  AddLinear(layers, "decoder.mesh_fc", state, mesh,
+            "the code, then the condition vector, to the standardised vertices, x y z after x y z");
+  AddLinear(layers, "decoder.texture_fc", bilinear ? 3 * state : state, texture,
+            bilinear ? "code and condition vector times the view's x, then y, then z, to the standardised texture"
+                     : "the same to the standardised texture");
 }
 
 }  // namespace
@@ -120,6 +127,11 @@ std::vector<LayerInfo> Layers(const Architecture& architecture) {
 
 std::vector<TensorInfo> NetworkTensors(const Architecture& architecture) {
   std::vector<TensorInfo> tensors;
+  if (architecture.identity == IdentityConditioning::kLearned) {
+    tensors.push_back({kIdentityVectors,
+                       {architecture.identities, architecture.identity_size},
+                       "the first values of the condition vector, a row a person"});
+  }
   for (const LayerInfo& layer : Layers(architecture)) {
     if (layer.HasWeight()) tensors.push_back({layer.name + ".weight", layer.WeightShape(), layer.meaning});
     tensors.push_back({layer.name + ".bias", layer.BiasShape(), "added to this layer's output"});

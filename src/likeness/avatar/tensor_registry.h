@@ -42,6 +42,9 @@ struct TensorInfo {
   std::string meaning;
 };
 
+// The learned identity vectors [identities, identity_size], a tensor that belongs to no layer.
+inline constexpr char kIdentityVectors[] = "identity.vectors";
+
 // In the order of the forward pass. Weights are effective ones: normalisation is folded in.
 std::vector<LayerInfo> Layers(const Architecture& architecture);
 std::vector<TensorInfo> NetworkTensors(const Architecture& architecture);

@@ -69,6 +69,36 @@ TEST(TensorRegistry, OptionsChangeOnlyTheirTensors) {
   EXPECT_EQ(ParameterCount(a), all);
 }
 
+// The condition vector's columns: beside the code in the decoder's first layer, beside the sub-encodings in the
+// encoder's last ones; in linear models beside the code, and beside the mesh.
+TEST(TensorRegistry, ConditionsWidenTheLayersThatReadThem) {
+  const auto told = [](Architecture a, IdentityConditioning identity) {
+    a.identities = 4;
+    a.identity = identity;
+    a.identity_size = identity == IdentityConditioning::kLearned ? 16 : 0;
+    a.conditions = {{"gaze", 6}, {"light", 1}};
+    return a;
+  };
+  const Architecture paper = Paper(1024);
+  const int64_t all = ParameterCount(paper);
+  EXPECT_EQ(ParameterCount(told(paper, IdentityConditioning::kNone)), all + 7 * (256 + 2 * 128));
+  EXPECT_EQ(ParameterCount(told(paper, IdentityConditioning::kOneHot)), all + (4 + 7) * (256 + 2 * 128));
+  EXPECT_EQ(ParameterCount(told(paper, IdentityConditioning::kLearned)), all + (16 + 7) * (256 + 2 * 128) + 4 * 16);
+  Architecture multiface = paper;
+  multiface.layout = Layout::kMultiface;
+  multiface.latent = 256;
+  EXPECT_EQ(ParameterCount(told(multiface, IdentityConditioning::kOneHot)),
+            ParameterCount(multiface) + (4 + 7) * (256 + 512));
+  Architecture linear = Paper(512);
+  linear.model = ModelKind::kLinear;
+  const int64_t texture = 3 * 512 * 512, mesh = 21918;
+  EXPECT_EQ(ParameterCount(told(linear, IdentityConditioning::kOneHot)),
+            ParameterCount(linear) + (4 + 7) * (128 + mesh + texture));
+  linear.model = ModelKind::kBilinear;
+  EXPECT_EQ(ParameterCount(told(linear, IdentityConditioning::kOneHot)),
+            ParameterCount(linear) + (4 + 7) * (128 + mesh + 3 * texture));
+}
+
 TEST(TensorRegistry, ShapesAtHalfTheSize) {
   const std::vector<TensorInfo> tensors = NetworkTensors(Paper(512));
   EXPECT_THAT(Find(tensors, "encoder.texture_conv.0.weight").shape, ElementsAre(16, 3, 4, 4));

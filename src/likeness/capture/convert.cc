@@ -80,6 +80,7 @@ class Converter {
     WriteMeshes();
     WriteValidMasks();
     WriteImages();
+    CarryConditions();
     CarryTextures();
     if (interrupt_.Requested()) {
       throw Error("interrupted: {} of {} images are in {}; the same command goes on from there", done_.load(),
@@ -288,6 +289,14 @@ class Converter {
       progress.Advance();
     });
     report_.textures = carried;
+  }
+
+  // Whole: lines of frames that are left out do no harm.
+  void CarryConditions() {
+    const fs::path from = CaptureLayout(source_.root()).Conditions(), to = writer_.layout().Conditions();
+    for (const std::string& name : ListFolder(from)) {
+      if (name.ends_with(".csv") && !Exists(to / name)) TransferFile(from / name, to / name, false);
+    }
   }
 
   // What publishers give beside the images has its own size and colours; of it only the statistics have a place.

@@ -55,6 +55,9 @@ class CaptureLayout {
   std::filesystem::path TextureVariance() const { return root_ / "tex_var.txt"; }
   std::filesystem::path VertexMean() const { return root_ / "vert_mean.bin"; }
   std::filesystem::path VertexVariance() const { return root_ / "vert_var.txt"; }
+  // Ours: named conditions of every frame (condition_file.h).
+  std::filesystem::path Conditions() const { return root_ / "conditions"; }
+  std::filesystem::path Condition(const std::string& name) const { return Conditions() / (name + ".csv"); }
   // Ours, of simulated captures: what was put in.
   std::filesystem::path Truth() const { return root_ / "truth"; }
 

@@ -9,6 +9,7 @@
 #include "likeness/base/random.h"
 #include "likeness/base/testing.h"
 #include "likeness/capture/calibration.h"
+#include "likeness/capture/condition_file.h"
 #include "likeness/capture/split_file.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/image/image_io.h"
@@ -150,6 +151,38 @@ TEST(FrameListTest, WrongFilesAreNamedWithTheirLine) {
   EXPECT_THAT(error("../../etc 1\n"), HasSubstr("f.txt:1: a segment or frame cannot have this name"));
   EXPECT_THAT(error("E1 ..\n"), HasSubstr("f.txt:1:"));
   EXPECT_THAT(error("E\xc3\xa9 1\n"), HasSubstr("f.txt:1:"));
+}
+
+TEST(ConditionTableTest, ReadsAValueForEveryColumn) {
+  const ConditionTable table =
+      ParseConditionTable("gaze.csv", "segment,frame,x,y\r\nEXP_ROM,000123, 0.5,-2e-1\n\nSEN,7,1,2\n");
+  EXPECT_THAT(table.columns, ElementsAre("x", "y"));
+  ASSERT_EQ(table.frames.size(), 2u);
+  EXPECT_THAT(table.frames.at({"EXP_ROM", "000123"}), ElementsAre(0.5f, -0.2f));
+  EXPECT_EQ(ParseConditionTable("gaze.csv", ConditionTableText(table)), table);
+}
+
+TEST(ConditionTableTest, WrongFilesAreNamedWithTheirLine) {
+  const auto error = [](const std::string& text) { return ErrorOf([&] { ParseConditionTable("gaze.csv", text); }); };
+  EXPECT_THAT(error(""), HasSubstr("gaze.csv: is empty"));
+  EXPECT_THAT(error("frame,segment,x\n"), StartsWith("gaze.csv:1: expected a header"));
+  EXPECT_THAT(error("segment,frame\n"), StartsWith("gaze.csv:1: expected a header"));
+  EXPECT_THAT(error("segment,frame,\n"), HasSubstr("needs a name"));
+  EXPECT_THAT(error("segment,frame,x\na,1,2,3\n"), StartsWith("gaze.csv:2: has 4 fields, its header 3"));
+  EXPECT_THAT(error("segment,frame,x\na,1,nan\n"), StartsWith("gaze.csv:2:"));
+  EXPECT_THAT(error("segment,frame,x\na,1,1e99\n"), StartsWith("gaze.csv:2:"));
+  EXPECT_THAT(error("segment,frame,x\na/b,1,1\n"), StartsWith("gaze.csv:2:"));
+  EXPECT_THAT(error("segment,frame,x\na,1,1\na,1,2\n"), HasSubstr("gaze.csv:3: frame a 1 has a line already"));
+}
+
+TEST(ConditionTableTest, AbsentFilesAndFramesAreNamed) {
+  const ScratchFolder folder;
+  EXPECT_THAT(ErrorOf([&] { ConditionFile(folder.path(), "gaze"); }), HasSubstr("conditions/gaze.csv: is absent"));
+  WriteFile(folder / "conditions/gaze.csv", "segment,frame,x\na,1,1\n");
+  const ConditionFile file(folder.path(), "gaze");
+  EXPECT_EQ(file.size(), 1);
+  EXPECT_THAT(file.Of({"a", "1"}), ElementsAre(1));
+  EXPECT_THAT(ErrorOf([&] { file.Of({"a", "2"}); }), HasSubstr("gaze.csv: has no line for frame a 2"));
 }
 
 TEST(SplitFileTest, ReadsPublishedForms) {

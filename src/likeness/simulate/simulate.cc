@@ -12,8 +12,10 @@
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
 #include "likeness/base/random.h"
+#include "likeness/capture/condition_file.h"
 #include "likeness/capture/writer.h"
 #include "likeness/geometry/obj.h"
+#include "likeness/simulate/gaze_condition.h"
 #include "likeness/simulate/live_link.h"
 #include "likeness/simulate/performance.h"
 
@@ -119,6 +121,16 @@ std::string DescribePerformance(const std::vector<Shot>& shots) {
     text += "\n";
   }
   return text;
+}
+
+std::string DescribeGaze(const std::vector<Shot>& shots) {
+  ConditionTable gaze;
+  gaze.columns = kGazeColumns;
+  for (const Shot& shot : shots) {
+    const std::array<float, 6> directions = GazeDirections(shot.frame->weights);
+    gaze.frames[shot.id].assign(directions.begin(), directions.end());
+  }
+  return ConditionTableText(gaze);
 }
 
 std::string DescribeLights(const LightRig& rig) {
@@ -260,6 +272,7 @@ SimulateResult SimulateHead(const SimulateOptions& options, const OpenedHead& op
   std::vector<FrameId> ids;
   for (const Shot& shot : shots) ids.push_back(shot.id);
   writer.WriteFrameList(ids);
+  WriteFile(layout.Condition("gaze"), DescribeGaze(shots));
 
   SimulateResult result;
   result.cameras = static_cast<int>(rig.cameras.size());

@@ -11,8 +11,10 @@
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/testing.h"
+#include "likeness/capture/condition_file.h"
 #include "likeness/capture/layout.h"
 #include "likeness/image/image_io.h"
+#include "likeness/simulate/gaze_condition.h"
 #include "likeness/simulate/human/recipe.h"
 #include "likeness/simulate/open_head.h"
 #include "likeness/simulate/people.h"
@@ -98,6 +100,30 @@ TEST(SimulateTest, WritesACaptureThatReadsBack) {
   for (const char* name : {"performance.csv", "neutral.obj", "lights.csv", "options.json"}) {
     EXPECT_TRUE(std::filesystem::exists(options.out / "truth" / name)) << name;
   }
+}
+
+// conditions/gaze.csv says where both eyes look, in every frame.
+TEST(SimulateTest, WritesGaze) {
+  const ScratchFolder scratch;
+  const SimulateOptions options = TinyOptions(scratch / "capture");
+  Simulate(options);
+  const ConditionFile gaze(options.out, "gaze");
+  ASSERT_EQ(gaze.size(), 6);
+  for (const FrameId& frame : OpenCapture(options.out)->frames()) {
+    const std::vector<float>& eyes = gaze.Of(frame);
+    for (const size_t eye : {0, 3}) {
+      EXPECT_NEAR(Eigen::Map<const Eigen::Vector3f>(&eyes[eye]).norm(), 1, 1e-5);
+      EXPECT_GT(eyes[eye + 2], 0.7f);  // out of the face
+    }
+  }
+  std::array<float, kExpressionCount> weights = {};
+  for (const char* name : {"eyeLookInLeft", "eyeLookOutRight", "eyeLookUpLeft"}) weights[ExpressionIndex(name)] = 1;
+  const std::array<float, 6> aside = GazeDirections(weights);
+  // Towards the subject's right (-x) by 30 degrees; the left eye up by 25 besides.
+  EXPECT_NEAR(aside[3], -0.5, 1e-6);
+  EXPECT_NEAR(aside[4], 0, 1e-6);
+  EXPECT_NEAR(aside[1], std::sin(25 * M_PI / 180), 1e-6);
+  EXPECT_LT(aside[0], -0.4f);
 }
 
 TEST(SimulateTest, AnInterruptedRunResumesAndADoneOneDoesNothing) {

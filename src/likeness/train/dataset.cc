@@ -5,20 +5,11 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/random.h"
+#include "likeness/capture/condition_file.h"
 
 namespace likeness {
 
 namespace {
-
-Statistics StatisticsOf(const TextureStatistics& read) {
-  Statistics statistics;
-  statistics.texture_mean = read.mean;
-  statistics.texture_deviation = static_cast<float>(std::sqrt(read.variance));
-  statistics.vertex_mean =
-      Eigen::Map<const Vertices>(read.vertex_mean.data(), static_cast<Eigen::Index>(read.vertex_mean.size() / 3), 3);
-  statistics.vertex_deviation = static_cast<float>(std::sqrt(read.vertex_variance));
-  return statistics;
-}
 
 template <typename T>
 void Shuffle(std::vector<T>& values, Random& random) {
@@ -27,37 +18,110 @@ void Shuffle(std::vector<T>& values, Random& random) {
 
 }  // namespace
 
-Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes)
-    : textures_(textures), frames_(capture.TrainingFrames()), statistics_(StatisticsOf(textures.ReadStatistics())) {
-  const std::vector<Camera> cameras = capture.TrainingCameras();
-  cameras_ = static_cast<int>(cameras.size());
-  for (int f = 0; f < static_cast<int>(frames_.size()); ++f) {
-    const TrackedFrame tracked = capture.ReadTracked(frames_[f]);
-    vertices_.push_back(tracked.vertices_in_head);
-    samples_of_frame_.emplace_back();
-    for (int c = 0; c < cameras_; ++c) {
-      const Camera& camera = cameras[c];
-      if (!textures.HasTexture(frames_[f], camera.name)) continue;
-      samples_of_frame_[f].push_back(static_cast<int>(samples_.size()));
-      samples_.push_back({f, camera.name, c, ViewVector(camera, tracked.world_from_head).cast<float>()});
-    }
-  }
-  if (samples_.empty()) {
-    throw Error("{}: no textures to train on: {} training frames, {} training cameras, none unwrapped at {} x {}",
-                capture.root().string(), frames_.size(), cameras.size(), size(), size());
-  }
+Dataset::Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes)
+    : people_(std::move(people)) {
+  LIKENESS_CHECK(!people_.empty());
+  for (int i = 0; i < this->people(); ++i) AddPerson(i);
+  ReadStatistics();
+  ReadConditions(conditions);
   cache_slots_ = cache_bytes / (static_cast<size_t>(size()) * size() * 4);
   slots_ = std::vector<Slot>(samples_.size() + frames_.size());
+}
+
+void Dataset::AddPerson(int identity) {
+  const TextureSet& textures = *people_[identity];
+  const Capture& capture = textures.capture();
+  LIKENESS_CHECK(textures.size() == size());
+  const std::vector<Camera> cameras = capture.TrainingCameras();
+  const std::vector<FrameId> frames = capture.TrainingFrames();
+  const size_t before = samples_.size();
+  for (const FrameId& frame : frames) {
+    const TrackedFrame tracked = capture.ReadTracked(frame);
+    const int f = static_cast<int>(frames_.size());
+    frames_.push_back(frame);
+    identities_.push_back(identity);
+    vertices_.push_back(tracked.vertices_in_head);
+    samples_of_frame_.emplace_back();
+    for (int c = 0; c < static_cast<int>(cameras.size()); ++c) {
+      const Camera& camera = cameras[c];
+      if (!textures.HasTexture(frame, camera.name)) continue;
+      samples_of_frame_[f].push_back(static_cast<int>(samples_.size()));
+      samples_.push_back({f, camera.name, cameras_ + c, ViewVector(camera, tracked.world_from_head).cast<float>()});
+    }
+  }
+  cameras_ += static_cast<int>(cameras.size());
+  if (samples_.size() == before) {
+    throw Error("{}: no textures to train on: {} training frames, {} training cameras, none unwrapped at {} x {}",
+                capture.root().string(), frames.size(), cameras.size(), size(), size());
+  }
+}
+
+// Variances of all people are means of theirs, weighted by the number of textures and of frames.
+void Dataset::ReadStatistics() {
+  std::vector<double> textures(people_.size()), frames(people_.size());
+  for (const Sample& sample : samples_) ++textures[identities_[sample.frame]];
+  for (const int identity : identities_) ++frames[identity];
+  double texture_variance = 0, vertex_variance = 0;
+  for (size_t i = 0; i < people_.size(); ++i) {
+    const TextureStatistics read = people_[i]->ReadStatistics();
+    texture_variance += read.variance * textures[i] / static_cast<double>(samples_.size());
+    vertex_variance += read.vertex_variance * frames[i] / static_cast<double>(frames_.size());
+    Statistics& statistics = statistics_.emplace_back();
+    statistics.texture_mean = read.mean;
+    statistics.vertex_mean =
+        Eigen::Map<const Vertices>(read.vertex_mean.data(), static_cast<Eigen::Index>(read.vertex_mean.size() / 3), 3);
+  }
+  for (Statistics& statistics : statistics_) {
+    statistics.texture_deviation = static_cast<float>(std::sqrt(texture_variance));
+    statistics.vertex_deviation = static_cast<float>(std::sqrt(vertex_variance));
+  }
+}
+
+void Dataset::ReadConditions(const std::vector<std::string>& names) {
+  condition_values_.resize(frames_.size());
+  for (const std::string& name : names) {
+    std::vector<ConditionFile> files;
+    for (const TextureSet* person : people_) files.emplace_back(person->capture().root(), name);
+    for (const ConditionFile& file : files) {
+      if (file.size() == files.front().size()) continue;
+      throw FileError(file.path(), fmt::format("has {} values a frame; {} has {}", file.size(),
+                                               files.front().path().string(), files.front().size()));
+    }
+    const auto size = static_cast<size_t>(files.front().size()), count = frames_.size();
+    conditions_.push_back({name, files.front().size()});
+    std::vector<double> sum(size);
+    double squares = 0;
+    for (size_t f = 0; f < count; ++f) {
+      const std::vector<float>& values = files[identities_[f]].Of(frames_[f]);
+      for (size_t i = 0; i < size; ++i) sum[i] += values[i];
+      condition_values_[f].insert(condition_values_[f].end(), values.begin(), values.end());
+    }
+    for (size_t f = 0; f < count; ++f) {
+      for (size_t i = 0; i < size; ++i) {
+        const double mean = sum[i] / static_cast<double>(count);
+        squares += std::pow(condition_values_[f][condition_mean_.size() + i] - mean, 2);
+      }
+    }
+    // A condition that never changes says nothing, whatever it is divided by.
+    const double variance = squares / static_cast<double>(count * size);
+    const float deviation = variance > 1e-20 ? static_cast<float>(std::sqrt(variance)) : 1;
+    for (size_t i = 0; i < size; ++i) {
+      condition_mean_.push_back(static_cast<float>(sum[i] / static_cast<double>(count)));
+      condition_deviation_.push_back(deviation);
+    }
+  }
 }
 
 std::shared_ptr<const Dataset::Texels> Dataset::LoadTexels(int slot) const {
   auto texels = std::make_shared<Texels>();
   if (slot < static_cast<int>(samples_.size())) {
     const Sample& sample = samples_[slot];
-    texels->texture = textures_.ReadTexture(frames_[sample.frame], sample.camera);
-    texels->seen = textures_.ReadMask(frames_[sample.frame], sample.camera, texels->texture);
+    const TextureSet& textures = *people_[identities_[sample.frame]];
+    texels->texture = textures.ReadTexture(frames_[sample.frame], sample.camera);
+    texels->seen = textures.ReadMask(frames_[sample.frame], sample.camera, texels->texture);
   } else {
-    texels->texture = textures_.ReadAverage(frames_[slot - samples_.size()]);
+    const size_t frame = slot - samples_.size();
+    texels->texture = people_[identities_[frame]]->ReadAverage(frames_[frame]);
   }
   return texels;
 }
@@ -70,17 +134,27 @@ std::shared_ptr<const Dataset::Texels> Dataset::ReadTexels(int slot) const {
 }
 
 Batch Dataset::ReadFrames(int begin, int end) const {
-  const int64_t count = end - begin, side = size(), coordinates = statistics_.vertex_mean.size();
+  const int64_t count = end - begin, side = size(), coordinates = statistics_.front().vertex_mean.size();
+  const auto values = static_cast<int64_t>(condition_mean_.size());
   const torch::Tensor average = torch::empty({count, side, side, 3}), vertices = torch::empty({count, coordinates});
+  const torch::Tensor identity = torch::empty({count}, torch::kInt64), named = torch::empty({count, values});
   for (int64_t i = 0; i < count; ++i) {
     const int frame = begin + static_cast<int>(i);
     const auto texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
-    StandardiseTexture(statistics_, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
-    StandardiseVertices(statistics_, vertices_[frame], vertices.mutable_data_ptr<float>() + i * coordinates);
+    const Statistics& own = statistics_[identities_[frame]];
+    StandardiseTexture(own, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
+    StandardiseVertices(own, vertices_[frame], vertices.mutable_data_ptr<float>() + i * coordinates);
+    identity.mutable_data_ptr<int64_t>()[i] = identities_[frame];
+    for (int64_t v = 0; v < values; ++v) {
+      named.mutable_data_ptr<float>()[i * values + v] =
+          (condition_values_[frame][v] - condition_mean_[v]) / condition_deviation_[v];
+    }
   }
   Batch batch;
   batch.average = average.permute({0, 3, 1, 2});
   batch.vertices = vertices;
+  batch.identity = identity;
+  batch.named = named;
   return batch;
 }
 
@@ -89,17 +163,20 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
   LIKENESS_CHECK(count > 0 && count % views == 0);
   const torch::Tensor texture = torch::empty({count, side, side, 3}), seen = torch::empty({count, 1, side, side});
   const torch::Tensor view = torch::empty({count, 3}), camera = torch::empty({count}, torch::kInt64);
-  std::vector<torch::Tensor> averages, vertices;
+  std::vector<torch::Tensor> averages, vertices, identities, named;
   for (int64_t i = 0; i < count; ++i) {
     const Sample& sample = samples_[samples[i]];
     if (i % views == 0) {
       const Batch frame = ReadFrames(sample.frame, sample.frame + 1);
       averages.push_back(frame.average.permute({0, 2, 3, 1}));
       vertices.push_back(frame.vertices);
+      identities.push_back(frame.identity);
+      named.push_back(frame.named);
     }
     LIKENESS_CHECK(sample.frame == samples_[samples[i - i % views]].frame);
     const auto read = ReadTexels(samples[i]);
-    StandardiseTexture(statistics_, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
+    const Statistics& own = statistics_[identities_[sample.frame]];
+    StandardiseTexture(own, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
     float* weight = seen.mutable_data_ptr<float>() + i * texels;
     for (const uint8_t value : read->seen.values()) *weight++ = value != 0 ? 1.0f : 0.0f;
     camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
@@ -110,7 +187,9 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
           texture.permute({0, 3, 1, 2}),
           seen,
           view,
-          camera};
+          camera,
+          torch::cat(identities),
+          torch::cat(named)};
 }
 
 SampleOrder::SampleOrder(std::vector<std::vector<int>> samples_of_frame, int views, uint64_t seed)

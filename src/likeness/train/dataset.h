@@ -1,5 +1,5 @@
-// What training reads of an unwrapped capture: the training cameras' textures of the training frames, with meshes and
-// averages, kept in memory as bytes where they fit.
+// What training reads of unwrapped captures, one for each person: the training cameras' textures of the training
+// frames, with meshes, averages and named conditions, kept in memory as bytes where they fit.
 
 #pragma once
 
@@ -21,12 +21,14 @@ namespace likeness {
 // N a multiple of F: texture n belongs to frame n / (N / F). Textures are stored row by row with channels interleaved
 // ("channels last") and seen as [., 3, S, S].
 struct Batch {
-  torch::Tensor average;      // [F, 3, S, S]; 0 where no camera sees a texel
-  torch::Tensor vertices;     // [F, 3 V]
-  torch::Tensor texture;      // [N, 3, S, S]; 0 where not seen
-  torch::Tensor seen;         // [N, 1, S, S]; 1 or 0: the loss's weight w
-  torch::Tensor view;         // [N, 3]
-  torch::Tensor camera = {};  // [N] int64, index among the training cameras
+  torch::Tensor average;        // [F, 3, S, S]; 0 where no camera sees a texel
+  torch::Tensor vertices;       // [F, 3 V]
+  torch::Tensor texture;        // [N, 3, S, S]; 0 where not seen
+  torch::Tensor seen;           // [N, 1, S, S]; 1 or 0: the loss's weight w
+  torch::Tensor view;           // [N, 3]
+  torch::Tensor camera = {};    // [N] int64, index among the training cameras of all people
+  torch::Tensor identity = {};  // [F] int64, index among the people
+  torch::Tensor named = {};     // [F, values] named conditions, standardised; no values where there are none
 };
 
 class Dataset {
@@ -35,26 +37,41 @@ class Dataset {
   struct Sample {
     int frame = 0;  // index into frames()
     std::string camera;
-    int camera_index = 0;  // among the training cameras
+    int camera_index = 0;  // among the training cameras of all people
     Eigen::Vector3f view;  // head space
   };
 
-  // Reads meshes and statistics now, textures when they are first needed. Throws Error when nothing is left to train
-  // on, or when a file is absent or wrong. Capture and textures are borrowed.
-  Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes);
+  // Reads meshes, statistics and conditions now, textures when they are first needed. Throws Error when nothing is left
+  // to train on, when a file is absent or wrong, or when a condition has another size for another person. Textures are
+  // borrowed, and of one size.
+  //   people      the textures of each person's capture, at least one
+  //   conditions  names of those that every capture has
+  Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes);
+  // Of one person, without conditions.
+  Dataset(const TextureSet& textures, size_t cache_bytes) : Dataset({&textures}, {}, cache_bytes) {}
 
-  int size() const { return textures_.size(); }
-  int cameras() const { return cameras_; }  // for training
+  int size() const { return people_.front()->size(); }
+  int people() const { return static_cast<int>(people_.size()); }
+  int cameras() const { return cameras_; }  // for training, of all people
   const std::vector<FrameId>& frames() const { return frames_; }
+  int IdentityOf(int frame) const { return identities_[frame]; }
   const std::vector<Sample>& samples() const { return samples_; }
   // Indices into samples(), for every frame.
   const std::vector<std::vector<int>>& samples_of_frame() const { return samples_of_frame_; }
-  const Statistics& statistics() const { return statistics_; }
+  // The means are the person's own; the deviations are everybody's about their own means.
+  const Statistics& statistics(int identity = 0) const { return statistics_[identity]; }
+
+  const std::vector<NamedCondition>& conditions() const { return conditions_; }
+  // A frame's values of all conditions, as captured.
+  const std::vector<float>& ConditionsOf(int frame) const { return condition_values_[frame]; }
+  // [values]: of each value over the training frames, and of each condition about its values' means.
+  const std::vector<float>& condition_mean() const { return condition_mean_; }
+  const std::vector<float>& condition_deviation() const { return condition_deviation_; }
 
   // The samples' batch. `samples` come in groups of `views` that share a frame. Safe from several threads.
   Batch Read(const std::vector<int>& samples, int views) const;
 
-  // Averages and vertices alone, to encode frames [begin, end).
+  // What it takes to encode frames [begin, end), without textures and views.
   Batch ReadFrames(int begin, int end) const;
 
  private:
@@ -70,13 +87,21 @@ class Dataset {
   std::shared_ptr<const Texels> ReadTexels(int slot) const;
   std::shared_ptr<const Texels> LoadTexels(int slot) const;
 
-  const TextureSet& textures_;
+  void AddPerson(int identity);
+  void ReadStatistics();
+  void ReadConditions(const std::vector<std::string>& names);
+
+  std::vector<const TextureSet*> people_;
   int cameras_ = 0;
   std::vector<FrameId> frames_;
+  std::vector<int> identities_;  // of frames
   std::vector<Vertices> vertices_;
   std::vector<Sample> samples_;
   std::vector<std::vector<int>> samples_of_frame_;
-  Statistics statistics_;
+  std::vector<Statistics> statistics_;
+  std::vector<NamedCondition> conditions_;
+  std::vector<std::vector<float>> condition_values_;  // of frames
+  std::vector<float> condition_mean_, condition_deviation_;
   size_t cache_slots_ = 0;
   mutable std::atomic<size_t> used_slots_ = 0;
   mutable std::vector<Slot> slots_;  // samples, then the frames' averages

@@ -58,7 +58,7 @@ TEST(Dataset, BatchesHoldTheStandardisedFiles) {
   SyntheticCapture().Write(folder / "capture");
   const auto capture = OpenCapture(folder / "capture");
   const TextureSet textures(*capture, 16);
-  const Dataset dataset(*capture, textures, 1 << 20);
+  const Dataset dataset(textures, 1 << 20);
   EXPECT_EQ(dataset.frames().size(), 6);  // the held-out segment and camera stay out
   EXPECT_EQ(dataset.samples().size(), 6 * 3);
   for (const Dataset::Sample& sample : dataset.samples()) EXPECT_NE(sample.camera, "c3");
@@ -108,7 +108,7 @@ TEST(Dataset, ACaptureWithoutTrainingTexturesIsAnError) {
   }
   const auto capture = OpenCapture(folder / "capture");
   const TextureSet textures(*capture, 16);
-  EXPECT_THAT(ErrorOf([&] { Dataset(*capture, textures, 0); }), testing::HasSubstr("no textures to train on"));
+  EXPECT_THAT(ErrorOf([&] { Dataset(textures, 0); }), testing::HasSubstr("no textures to train on"));
 }
 
 }  // namespace

@@ -122,10 +122,11 @@ class Evaluator {
     draw_options_.supersample = options.supersample;
   }
 
-  Measurement Measure(const Task& task, const TrackedFrame& tracked, const std::vector<float>& code) const {
+  Measurement Measure(const Task& task, const TrackedFrame& tracked, const EncodedFrame& encoded) const {
     const Camera& camera = *task.camera;
     const MeshTopology& topology = capture_.topology();
-    const DecodedFrame decoded = decoder_.Decode(code, ViewVector(camera, tracked.world_from_head));
+    const DecodedFrame decoded =
+        decoder_.Decode(encoded.code, ViewVector(camera, tracked.world_from_head), encoded.conditions);
     if (decoded.vertices_in_head.rows() != topology.vertex_count) {
       throw Error("the avatar has {} vertices, but the capture {} has {}", decoded.vertices_in_head.rows(),
                   capture_.root().string(), topology.vertex_count);
@@ -228,12 +229,14 @@ void EvaluationOptions::Check() const {
   render.Check();
 }
 
-void CheckHeldOut(const Avatar& avatar, const Capture& capture) {
+void CheckHeldOut(const Avatar& avatar, const Capture& capture, int identity) {
   std::string trained_on;
   for (const FrameCode& code : avatar.codes) {
+    if (code.identity != identity) continue;
     if (capture.split().IsHeldOutSegment(code.segment)) trained_on = "segment " + code.segment;
   }
-  if (const auto cameras = avatar.training.find("cameras"); cameras != avatar.training.end()) {
+  if (const auto cameras = avatar.training.find(TrainingCamerasKey(avatar, identity));
+      cameras != avatar.training.end()) {
     std::istringstream names(cameras->second);
     for (std::string name; names >> name;) {
       if (capture.split().IsHeldOutCamera(name)) trained_on = "camera " + name;
@@ -258,9 +261,9 @@ EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, co
   ParallelFor(static_cast<int64_t>(frames.size()), [&](int64_t f) {
     const FrameId& frame = *tasks[frames[f].front()].frame;
     const TrackedFrame tracked = capture.ReadTracked(frame);
-    const std::vector<float> code = encode(frame, tracked);
+    const EncodedFrame encoded = encode(frame, tracked);
     for (const size_t i : frames[f]) {
-      measurements[i] = evaluator.Measure(tasks[i], tracked, code);
+      measurements[i] = evaluator.Measure(tasks[i], tracked, encoded);
       progress.Advance();
     }
   });

@@ -69,10 +69,17 @@ struct EvaluationResult {
 
 // Throws Error when the avatar says that it was trained on a camera or segment that the capture's split holds out: the
 // figures would be a lie.
-void CheckHeldOut(const Avatar& avatar, const Capture& capture);
+//   identity  the avatar's person whom the capture shows
+void CheckHeldOut(const Avatar& avatar, const Capture& capture, int identity = 0);
 
-// The code of a frame. Called from several threads at once.
-using FrameEncoder = std::function<std::vector<float>(const FrameId& frame, const TrackedFrame& tracked)>;
+// What a frame is decoded from.
+struct EncodedFrame {
+  std::vector<float> code;
+  FrameConditions conditions = {};
+};
+
+// Called from several threads at once.
+using FrameEncoder = std::function<EncodedFrame(const FrameId& frame, const TrackedFrame& tracked)>;
 
 // Throws Error where the decoder's mesh is not the capture's, or a file is damaged. Shows progress.
 //   textures  of the decoder's size, for the error of textures; none leaves it out

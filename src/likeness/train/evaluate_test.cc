@@ -100,7 +100,8 @@ class EvaluateTest : public ::testing::Test {
     };
     Eigen::RowVector3f vertex_offset = Eigen::RowVector3f::Zero();
 
-    DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view) const override {
+    DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view,
+                        const FrameConditions&) const override {
       const auto frame = static_cast<size_t>(code[0]);
       DecodedFrame decoded = {Texture(frame), test->Tracked(frame).vertices_in_head};
       for (float& value : decoded.texture.values()) value += texture_offset(frame, view);
@@ -118,7 +119,7 @@ class EvaluateTest : public ::testing::Test {
   EvaluationResult Run(const FrameDecoder& decoder, const EvaluationOptions& options = {}) const {
     const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
       const auto index = std::find(frames_.begin(), frames_.end(), frame) - frames_.begin();
-      return std::vector<float>{static_cast<float>(index)};
+      return EncodedFrame{{static_cast<float>(index)}};
     };
     return Evaluate(*capture_, encode, decoder, options);
   }
@@ -197,7 +198,7 @@ TEST_F(UnwrappedEvaluateTest, TextureErrorIsOverSeenTexels) {
   const TextureSet textures(*capture_, 64);
   const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
     const auto index = std::find(frames_.begin(), frames_.end(), frame) - frames_.begin();
-    return std::vector<float>{static_cast<float>(index)};
+    return EncodedFrame{{static_cast<float>(index)}};
   };
   const EvaluationResult result = Evaluate(*capture_, encode, teller, {}, &textures);
   for (const GroupResult& group : result.groups) {
@@ -221,7 +222,7 @@ TEST_F(UnwrappedEvaluateTest, MultifaceProtocol) {
   WritePng(path, texture);
   const auto encode = [](const FrameId& frame, const TrackedFrame&) {
     EXPECT_EQ(frame.segment, "talk_1");
-    return std::vector<float>{2};
+    return EncodedFrame{{2}};
   };
   const MultifaceFigures figures = EvaluateAsMultiface(textures, encode, teller);
   EXPECT_EQ(figures.views, 2);  // one frame, two training cameras
@@ -315,7 +316,7 @@ TEST_F(EvaluateTest, WhatWasTrainedOnIsNotHeldOut) {
 
 TEST_F(EvaluateTest, AnAvatarOfAnotherMeshIsRefused) {
   struct Stranger : FrameDecoder {
-    DecodedFrame Decode(std::span<const float>, const Eigen::Vector3d&) const override {
+    DecodedFrame Decode(std::span<const float>, const Eigen::Vector3d&, const FrameConditions&) const override {
       return {ImageF(4, 4, 3), Vertices::Zero(5, 3)};
     }
   };

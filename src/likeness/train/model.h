@@ -28,12 +28,15 @@ class AvatarModel : public FrameDecoder {
   //   average_texture   RGB of the avatar's texture size, row 0 is v = 1: mean over the cameras that see a texel
   //   seen              255 where at least one camera sees the texel; elsewhere the avatar's mean texture is used.
   //                     Empty: a texel of (0, 0, 0) was not seen, as in published captures
+  //   conditions        whose frame it is, and its named conditions
   // Throws Error when sizes do not fit.
-  std::vector<float> Encode(const ImageU8& average_texture, const Vertices& vertices_in_head,
-                            const ImageU8& seen = {}) const;
+  std::vector<float> Encode(const ImageU8& average_texture, const Vertices& vertices_in_head, const ImageU8& seen = {},
+                            const FrameConditions& conditions = {}) const;
 
   // Safe from several threads at once.
-  DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view_in_head) const override;
+  using FrameDecoder::Decode;
+  DecodedFrame Decode(std::span<const float> code, const Eigen::Vector3d& view_in_head,
+                      const FrameConditions& conditions) const override;
 
  private:
   struct Impl;

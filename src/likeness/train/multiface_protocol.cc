@@ -41,12 +41,12 @@ MultifaceFigures EvaluateAsMultiface(const TextureSet& textures, const FrameEnco
     const FrameId& frame = frames[static_cast<size_t>(f)];
     MultifaceFigures& part = parts[static_cast<size_t>(f)];
     const TrackedFrame tracked = capture.ReadTracked(frame);
-    std::vector<float> code;
+    EncodedFrame encoded;
     for (const std::string& camera : cameras) {
       if (!textures.HasTexture(frame, camera)) continue;
-      if (code.empty()) code = encode(frame, tracked);
-      const DecodedFrame decoded =
-          decoder.Decode(code, ViewVector(capture.FindCamera(camera), tracked.world_from_head));
+      if (encoded.code.empty()) encoded = encode(frame, tracked);
+      const Eigen::Vector3d view = ViewVector(capture.FindCamera(camera), tracked.world_from_head);
+      const DecodedFrame decoded = decoder.Decode(encoded.code, view, encoded.conditions);
       const Vertices difference = decoded.vertices_in_head - tracked.vertices_in_head;
       part.texture_mse += TextureError(textures.ReadTexture(frame, camera), decoded.texture);
       part.vertex_mse += difference.cast<double>().array().square().mean() / vertex_variance;

@@ -212,7 +212,7 @@ std::vector<Parameter> Layer::statistics() const {
 
 Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorOptions options,
                  const ColourOptions& colours)
-    : architecture_(architecture), colours_(colours) {
+    : architecture_(architecture), colours_(colours), options_(options) {
   if (colours.cameras > 0) {
     colour_gain_ = torch::zeros({colours.cameras - 1, 3}, options);
     colour_bias_ = torch::zeros({colours.cameras - 1, 3}, options);
@@ -222,16 +222,24 @@ Network::Network(const Architecture& architecture, uint64_t seed, torch::TensorO
   for (const LayerInfo& info : Layers(architecture)) {
     layers_.emplace_back(info, architecture, GainOf(info, architecture), generator, options);
   }
+  if (architecture.identity == IdentityConditioning::kLearned) {
+    identity_vectors_ = torch::randn({architecture.identities, architecture.identity_size}, generator,
+                                     torch::TensorOptions(torch::kFloat32))
+                            .to(options);
+  }
   Connect();
 }
 
 Network::Network(const Architecture& architecture, const std::map<std::string, Tensor>& weights,
                  torch::TensorOptions options)
-    : architecture_(architecture) {
+    : architecture_(architecture), options_(options) {
   architecture.Check();
   for (const LayerInfo& info : Layers(architecture)) {
     layers_.emplace_back(info, info.HasWeight() ? ToTorch(weights.at(info.name + ".weight"), options) : torch::Tensor(),
                          ToTorch(weights.at(info.name + ".bias"), options));
+  }
+  if (architecture.identity == IdentityConditioning::kLearned) {
+    identity_vectors_ = ToTorch(weights.at(kIdentityVectors), options);
   }
   Connect();
 }
@@ -259,8 +267,26 @@ const Layer& Network::layer(const std::string& name) const {
   return *found->second;
 }
 
-Network::Encoding Network::Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices) const {
-  if (architecture_.model != ModelKind::kDeep) return EncodeLinearly(average_texture, vertices);
+torch::Tensor Network::Condition(const torch::Tensor& identity, const torch::Tensor& named) const {
+  std::vector<torch::Tensor> parts;
+  if (architecture_.identity == IdentityConditioning::kOneHot) {
+    parts.push_back(torch::one_hot(identity, architecture_.identities).to(options_));
+  }
+  if (architecture_.identity == IdentityConditioning::kLearned) {
+    parts.push_back(identity_vectors_.index_select(0, identity));
+  }
+  if (NamedChannels(architecture_) > 0) parts.push_back(named.to(options_));
+  return parts.empty() ? torch::Tensor() : torch::cat(parts, 1);
+}
+
+torch::Tensor Network::Beside(const torch::Tensor& values, const torch::Tensor& condition) const {
+  LIKENESS_CHECK((condition.defined() ? condition.size(1) : 0) == ConditionChannels(architecture_));
+  return condition.defined() ? torch::cat({values, condition}, 1) : values;
+}
+
+Network::Encoding Network::Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices,
+                                  const torch::Tensor& condition) const {
+  if (architecture_.model != ModelKind::kDeep) return EncodeLinearly(average_texture, vertices, condition);
   torch::Tensor features = average_texture;
   for (const TextureStage& stage : texture_encoder_) {
     features = (*stage.convolution)(features, kLeakySlope);
@@ -268,7 +294,7 @@ Network::Encoding Network::Encode(const torch::Tensor& average_texture, const to
   }
   const torch::Tensor texture_code = layer("encoder.texture_fc")(features.flatten(1), kLeakySlope);
   const torch::Tensor mesh_code = layer("encoder.mesh_fc")(vertices, kLeakySlope);
-  const torch::Tensor both = torch::cat({texture_code, mesh_code}, 1);
+  const torch::Tensor both = Beside(torch::cat({texture_code, mesh_code}, 1), condition);
   if (architecture_.layout == Layout::kPaper)
     return {layer("encoder.mu_fc")(both), layer("encoder.log_sigma_fc")(both)};
   const std::vector<torch::Tensor> code = layer("encoder.code_fc")(both).chunk(2, 1);
@@ -277,37 +303,41 @@ Network::Encoding Network::Encode(const torch::Tensor& average_texture, const to
 }
 
 // Textures lie in memory with red, green and blue of a texel side by side: no copy is made here.
-Network::Encoding Network::EncodeLinearly(const torch::Tensor& average_texture, const torch::Tensor& vertices) const {
+Network::Encoding Network::EncodeLinearly(const torch::Tensor& average_texture, const torch::Tensor& vertices,
+                                          const torch::Tensor& condition) const {
   const torch::Tensor texels = average_texture.permute({0, 2, 3, 1}).flatten(1);
-  return {layer("encoder.texture_fc")(texels) + layer("encoder.mesh_fc")(vertices), layer("encoder.log_sigma")(texels)};
+  return {layer("encoder.texture_fc")(texels) + layer("encoder.mesh_fc")(Beside(vertices, condition)),
+          layer("encoder.log_sigma")(texels)};
 }
 
-torch::Tensor Network::DecodeTextureLinearly(const torch::Tensor& code, const torch::Tensor& view) const {
+torch::Tensor Network::DecodeTextureLinearly(const torch::Tensor& state, const torch::Tensor& view) const {
   const bool bilinear = architecture_.model == ModelKind::kBilinear;
-  const torch::Tensor factors = bilinear ? (view.unsqueeze(2) * code.unsqueeze(1)).flatten(1) : code;
+  const torch::Tensor factors = bilinear ? (view.unsqueeze(2) * state.unsqueeze(1)).flatten(1) : state;
   const int64_t size = architecture_.texture_size;
   return layer("decoder.texture_fc")(factors).view({-1, size, size, 3}).permute({0, 3, 1, 2});
 }
 
-torch::Tensor Network::CodeFeatures(const torch::Tensor& code) const {
-  if (architecture_.model != ModelKind::kDeep) return code;
-  return layer("decoder.code_fc")(code, kLeakySlope);
+torch::Tensor Network::StateFeatures(const torch::Tensor& state) const {
+  if (architecture_.model != ModelKind::kDeep) return state;
+  return layer("decoder.code_fc")(state, kLeakySlope);
 }
 
-torch::Tensor Network::DecodeVertices(const torch::Tensor& code) const {
-  return layer("decoder.mesh_fc")(CodeFeatures(code));
+torch::Tensor Network::DecodeVertices(const torch::Tensor& code, const torch::Tensor& condition) const {
+  return layer("decoder.mesh_fc")(StateFeatures(Beside(code, condition)));
 }
 
-Network::Decoding Network::Decode(const torch::Tensor& code, const torch::Tensor& view) const {
-  const torch::Tensor code_features = CodeFeatures(code);
-  const torch::Tensor vertices = layer("decoder.mesh_fc")(code_features);
+Network::Decoding Network::Decode(const torch::Tensor& code, const torch::Tensor& view,
+                                  const torch::Tensor& condition) const {
+  const torch::Tensor state = Beside(code, condition);
+  const torch::Tensor state_features = StateFeatures(state);
+  const torch::Tensor vertices = layer("decoder.mesh_fc")(state_features);
 
-  if (architecture_.model != ModelKind::kDeep) return {DecodeTextureLinearly(code, view), vertices};
+  if (architecture_.model != ModelKind::kDeep) return {DecodeTextureLinearly(state, view), vertices};
 
   const torch::Tensor view_features =
       by_name_.count("decoder.view_fc") != 0 ? layer("decoder.view_fc")(view, kLeakySlope) : view;
   const torch::Tensor joined =
-      ViewInAllLayers(architecture_) ? code_features : torch::cat({view_features, code_features}, 1);
+      ViewInAllLayers(architecture_) ? state_features : torch::cat({view_features, state_features}, 1);
   torch::Tensor features = layer("decoder.texture_fc")(joined, kLeakySlope);
   const int64_t inner = InnerSize(architecture_);
   features = features.view({features.size(0), -1, inner, inner}).contiguous(torch::MemoryFormat::ChannelsLast);
@@ -332,6 +362,7 @@ torch::Tensor Network::InCameraColours(const torch::Tensor& texture, const torch
 std::vector<Parameter> Network::parameters() const {
   std::vector<Parameter> all;
   if (colours_.cameras > 1) all = {{"colour.gain", colour_gain_}, {"colour.bias", colour_bias_}};
+  if (identity_vectors_.defined()) all.push_back({kIdentityVectors, identity_vectors_});
   for (const Layer& layer : layers_) {
     for (Parameter& parameter : layer.parameters()) all.push_back(std::move(parameter));
   }
@@ -349,6 +380,7 @@ std::vector<Parameter> Network::statistics() const {
 std::map<std::string, Tensor> Network::Folded() const {
   const torch::NoGradGuard no_grad;
   std::map<std::string, Tensor> weights;
+  if (identity_vectors_.defined()) weights[kIdentityVectors] = FromTorch(identity_vectors_);
   for (const Layer& layer : layers_) {
     if (layer.info().HasWeight()) weights[layer.info().name + ".weight"] = FromTorch(layer.Weight());
     weights[layer.info().name + ".bias"] = FromTorch(layer.Bias());

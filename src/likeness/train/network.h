@@ -74,7 +74,8 @@ struct ColourOptions {
       1;  // their learning rate, times the network's: gain = 1 + rate * colour.gain, and the same for the bias
 };
 
-// Everything is standardised: textures [N, 3, S, S] with row 0 at v = 1, vertices [N, 3 V] x y z after x y z.
+// Everything is standardised: textures [N, 3, S, S] with row 0 at v = 1, vertices [N, 3 V] x y z after x y z, named
+// conditions [N, NamedChannels].
 class Network {
  public:
   // Random weights by seed, on options' device and of its type (float32; float64 for tests).
@@ -90,7 +91,9 @@ class Network {
     torch::Tensor mu;         // [N, latent]
     torch::Tensor log_sigma;  // [N, latent]
   };
-  Encoding Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices) const;
+  //   condition  [N, ConditionChannels], see Condition; undefined where the architecture has none
+  Encoding Encode(const torch::Tensor& average_texture, const torch::Tensor& vertices,
+                  const torch::Tensor& condition = {}) const;
 
   struct Decoding {
     torch::Tensor texture;   // [N, 3, S, S]
@@ -98,9 +101,14 @@ class Network {
   };
   //   code  [N, latent]
   //   view  [N, 3] unit vectors from the head's centre to the viewer, head space
-  Decoding Decode(const torch::Tensor& code, const torch::Tensor& view) const;
+  Decoding Decode(const torch::Tensor& code, const torch::Tensor& view, const torch::Tensor& condition = {}) const;
   // The vertices alone: they do not depend on the view.
-  torch::Tensor DecodeVertices(const torch::Tensor& code) const;
+  torch::Tensor DecodeVertices(const torch::Tensor& code, const torch::Tensor& condition = {}) const;
+
+  // The condition vector c: who it is, then the named conditions. Undefined where the architecture has none.
+  //   identity  [N] int64, index of the person
+  //   named     [N, NamedChannels]
+  torch::Tensor Condition(const torch::Tensor& identity, const torch::Tensor& named) const;
 
   // The texture as the cameras have it: gain * texture + bias. Without colours, the texture.
   //   camera  [N] int64, index of the training camera
@@ -119,11 +127,14 @@ class Network {
 
  private:
   void Connect();
-  torch::Tensor CodeFeatures(const torch::Tensor& code) const;
+  torch::Tensor Beside(const torch::Tensor& values, const torch::Tensor& condition) const;
+  torch::Tensor StateFeatures(const torch::Tensor& state) const;
 
   Architecture architecture_;
   ColourOptions colours_;
+  torch::TensorOptions options_;
   torch::Tensor colour_gain_, colour_bias_;  // [cameras - 1, 3]
+  torch::Tensor identity_vectors_;           // [identities, identity_size]; undefined unless they are learned
   std::vector<Layer> layers_;                // in the registry's order; fixed after construction
   std::map<std::string, const Layer*> by_name_;
   // A convolution, with what can stand before and after it.
@@ -132,8 +143,9 @@ class Network {
     const Layer* convolution = nullptr;
     const Layer* residual = nullptr;
   };
-  Encoding EncodeLinearly(const torch::Tensor& average_texture, const torch::Tensor& vertices) const;
-  torch::Tensor DecodeTextureLinearly(const torch::Tensor& code, const torch::Tensor& view) const;
+  Encoding EncodeLinearly(const torch::Tensor& average_texture, const torch::Tensor& vertices,
+                          const torch::Tensor& condition) const;
+  torch::Tensor DecodeTextureLinearly(const torch::Tensor& state, const torch::Tensor& view) const;
   TextureStage StageOf(const std::string& network, size_t index) const;
   std::vector<TextureStage> texture_encoder_;  // from the image inwards
   std::vector<TextureStage> texture_decoder_;  // from the inside to the image

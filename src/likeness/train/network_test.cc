@@ -1,5 +1,6 @@
 #include "likeness/train/network.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -79,6 +80,14 @@ void ChooseMultiface(Architecture& a) {
   a.untied_bias = UntiedBias::kDecoderAndChannel;
 }
 
+// Three people, and frames with two named conditions.
+void ChooseConditions(IdentityConditioning identity, Architecture& a) {
+  a.identities = 3;
+  a.identity = identity;
+  a.identity_size = identity == IdentityConditioning::kLearned ? 4 : 0;
+  a.conditions = {{"gaze", 2}, {"light", 1}};
+}
+
 // Each value of each choice, and those together that meet in one layer.
 std::vector<Choice> Choices() {
   std::vector<Choice> choices;
@@ -100,6 +109,14 @@ std::vector<Choice> Choices() {
   }
   for (const char* model : {"linear", "bilinear"}) {
     choices.push_back(Choose(model, [&](Architecture& a) { a.model = ParseModelKind(model); }));
+  }
+  for (const char* model : {"deep", "linear", "bilinear"}) {
+    for (const std::string& identity : IdentityConditioningNames()) {
+      choices.push_back(Choose(fmt::format("{} identity {}", model, identity), [&](Architecture& a) {
+        a.model = ParseModelKind(model);
+        ChooseConditions(ParseIdentityConditioning(identity), a);
+      }));
+    }
   }
   choices.push_back(Choose("nearest", [](Architecture& a) { a.upsampling = Upsampling::kNearest; }));
   choices.push_back(Choose("residual", [](Architecture& a) { a.residual = true; }));
@@ -126,14 +143,23 @@ void ExpectEqualsPlainNetwork(const Architecture& a) {
   Random random(5);
   const int64_t size = a.texture_size;
   Values texture = RandomValues(3 * size * size, random), vertices = RandomValues(15, random);
-  Values code = RandomValues(6, random), view = RandomValues(3, random);
+  Values code = RandomValues(6, random), view = RandomValues(3, random), named = RandomValues(NamedChannels(a), random);
+  const int identity = a.identities - 1;
+  const Values plain_condition = plain.Condition(identity, named);
   const torch::NoGradGuard no_grad;
-  const Network::Encoding encoding = network.Encode(ToTensor(texture, {1, 3, size, size}), ToTensor(vertices, {1, 15}));
-  EXPECT_LT(LargestDifference(torch::cat({encoding.mu, encoding.log_sigma}, 1), plain.Encode(texture, vertices)),
+  const torch::Tensor condition = network.Condition(torch::tensor({identity}, torch::kInt64),
+                                                    ToTensor(named, {1, static_cast<int64_t>(named.size())}));
+  const torch::Tensor z = ToTensor(code, {1, 6}), seen_from = ToTensor(view, {1, 3});
+  const Network::Encoding encoding =
+      network.Encode(ToTensor(texture, {1, 3, size, size}), ToTensor(vertices, {1, 15}), condition);
+  EXPECT_LT(LargestDifference(torch::cat({encoding.mu, encoding.log_sigma}, 1),
+                              plain.Encode(texture, vertices, plain_condition)),
             tolerance);
-  const Network::Decoding decoding = network.Decode(ToTensor(code, {1, 6}), ToTensor(view, {1, 3}));
-  EXPECT_LT(LargestDifference(decoding.texture, plain.DecodeTexture(code, view)), tolerance);
-  EXPECT_LT(LargestDifference(decoding.vertices, plain.DecodeVertices(code)), tolerance);
+  const Network::Decoding decoding = network.Decode(z, seen_from, condition);
+  EXPECT_LT(LargestDifference(decoding.texture, plain.DecodeTexture(code, view, plain_condition)), tolerance);
+  EXPECT_LT(LargestDifference(decoding.vertices, plain.DecodeVertices(code, plain_condition)), tolerance);
+  EXPECT_LT(LargestDifference(network.DecodeVertices(z, condition), plain.DecodeVertices(code, plain_condition)),
+            tolerance);
 }
 
 TEST_P(NetworkChoice, ForwardEqualsThePlainNetwork) { ExpectEqualsPlainNetwork(GetParam().architecture); }
@@ -175,20 +201,27 @@ TEST_P(NetworkChoice, GradientsEqualFiniteDifferences) {
   const Network network(a, 3, torch::kFloat64);
   Stir(network, 4);
   for (const Parameter& parameter : network.parameters()) parameter.value.requires_grad_();
-  const torch::Tensor texture = torch::randn({2, 3, 16, 16}, torch::kFloat64);
-  const torch::Tensor vertices = torch::randn({2, 15}, torch::kFloat64);
-  const torch::Tensor view = torch::randn({2, 3}, torch::kFloat64);
+  const int64_t samples = a.identities > 1 ? a.identities : 2;
+  const torch::Tensor texture = torch::randn({samples, 3, 16, 16}, torch::kFloat64);
+  const torch::Tensor vertices = torch::randn({samples, 15}, torch::kFloat64);
+  const torch::Tensor view = torch::randn({samples, 3}, torch::kFloat64);
+  // Everybody takes part, so that every learned vector has a gradient.
+  const torch::Tensor identity = torch::arange(samples, torch::kInt64).remainder(a.identities);
+  const torch::Tensor named = torch::randn({samples, NamedChannels(a)}, torch::kFloat64).requires_grad_();
   const auto loss = [&] {
     const torch::AutoGradMode training(true);  // batch normalisation by the batch itself
-    const Network::Encoding encoding = network.Encode(texture, vertices);
-    const Network::Decoding decoding = network.Decode(encoding.mu + encoding.log_sigma.exp() * 0.3, view);
+    const torch::Tensor condition = network.Condition(identity, named);
+    const Network::Encoding encoding = network.Encode(texture, vertices, condition);
+    const Network::Decoding decoding = network.Decode(encoding.mu + encoding.log_sigma.exp() * 0.3, view, condition);
     return (decoding.texture - texture).square().mean() + (decoding.vertices - vertices).square().mean();
   };
   loss().backward();
 
   const torch::NoGradGuard no_grad;
   Random random(6);
-  for (const Parameter& parameter : network.parameters()) {
+  std::vector<Parameter> inputs = network.parameters();
+  if (named.numel() > 0) inputs.push_back({"named conditions", named});
+  for (const Parameter& parameter : inputs) {
     double* values = parameter.value.mutable_data_ptr<double>();
     // Laid out in memory as the parameter is.
     const torch::Tensor gradient = torch::empty_like(parameter.value).copy_(parameter.value.grad());

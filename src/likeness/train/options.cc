@@ -27,6 +27,10 @@ void TrainOptions::Check() const {
     throw Error("--schedule is '{}'; known are constant, cosine", schedule);
   }
   InRange("size", size, 0, 4096);
+  InRange("identity-size", identity_size, 1, 1024);
+  for (const std::string& name : conditions) {
+    if (!IsConditionName(name)) throw Error("--condition is '{}'; expected letters, digits, '-' and '_'", name);
+  }
   InRange("iterations", static_cast<double>(iterations), 0, 1e9);
   InRange("minutes", minutes, 0, 1e6);
   if (iterations == 0 && minutes == 0) throw Error("--iterations and --minutes are both 0; the run would never end");
@@ -50,6 +54,12 @@ void TrainOptions::Check() const {
   InRange("cache-mb", cache_mb, 0, 1e7);
 }
 
+std::vector<std::string> TrainOptions::PeopleNames() const {
+  std::vector<std::string> names = {PersonName(capture)};
+  for (const std::string& folder : also) names.push_back(PersonName(folder));
+  return names;
+}
+
 std::vector<std::string> TrainOptions::Fingerprint() const {
   std::vector<std::string> lines;
   const auto add = [&](const char* name, const auto& value) { lines.push_back(fmt::format("{} = {}", name, value)); };
@@ -63,6 +73,10 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("upsampling", upsampling);
   add("residual", residual);
   add("geometry", geometry);
+  add("people", fmt::join(PeopleNames(), " "));
+  add("identity", identity);
+  add("identity-size", identity_size);
+  add("conditions", fmt::join(conditions, " "));
   add("colours", colours);
   add("colour-rate", colour_rate);
   add("iterations", iterations);
@@ -80,6 +94,11 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("loss.kl", loss.kl);
   add("seed", seed);
   return lines;
+}
+
+std::string PersonName(const std::filesystem::path& capture) {
+  const std::filesystem::path whole = std::filesystem::absolute(capture).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
 }
 
 const std::vector<std::string>& PresetNames() {
@@ -126,6 +145,11 @@ Architecture ArchitectureFrom(const TrainOptions& options, int size, int vertex_
   architecture.upsampling = ParseUpsampling(options.upsampling);
   architecture.residual = options.residual;
   architecture.geometry = ParseGeometry(options.geometry);
+  architecture.identities = 1 + static_cast<int>(options.also.size());
+  architecture.identity = options.identity != "auto"    ? ParseIdentityConditioning(options.identity)
+                          : architecture.identities > 1 ? IdentityConditioning::kOneHot
+                                                        : IdentityConditioning::kNone;
+  if (architecture.identity == IdentityConditioning::kLearned) architecture.identity_size = options.identity_size;
   architecture.Check();
   return architecture;
 }

@@ -20,6 +20,7 @@ struct LossWeights {
 
 struct TrainOptions {
   std::filesystem::path capture;  // unwrapped at `size`
+  std::vector<std::string> also;  // captures of other people, whom the same network learns
   std::filesystem::path out;      // folder
   CaptureOptions capture_options;
 
@@ -34,6 +35,10 @@ struct TrainOptions {
   std::string upsampling = "transposed";
   bool residual = false;
   std::string geometry = "tracked";
+  // How the network is told whose face it is: "none", "one-hot", "learned", or "auto": one-hot for several people.
+  std::string identity = "auto";
+  int identity_size = 16;               // values of a learned identity vector
+  std::vector<std::string> conditions;  // named conditions of every frame: conditions/NAME.csv of each capture
   bool colours = false;    // a gain and a bias for each camera and colour but the first one's; see ColourOptions
   double colour_rate = 1;  // their learning rate, times learning_rate
 
@@ -67,9 +72,15 @@ struct TrainOptions {
   // Throws Error naming the option.
   void Check() const;
 
+  // What the people are called, one for each capture.
+  std::vector<std::string> PeopleNames() const;
+
   // The options that decide the result, one "name = value" each; a checkpoint is continued only if they are the same.
   std::vector<std::string> Fingerprint() const;
 };
+
+// What the person of a capture is called: its folder's name.
+std::string PersonName(const std::filesystem::path& capture);
 
 // "demo": the best picture after some minutes on a few cores. "paper": Lombardi et al. 2018, 200,000 iterations at a
 // constant rate; the rate itself, which the paper does not tell, is Multiface's. "multiface": that project's network,
@@ -77,7 +88,8 @@ struct TrainOptions {
 const std::vector<std::string>& PresetNames();
 TrainOptions PresetOptions(const std::string& preset);
 
-// The network for a capture of this many vertices. Throws Error for choices that are unknown or not available yet.
+// The network for captures of this many vertices. Throws Error for choices that are unknown or not available yet.
+// Named conditions are left out: their sizes stand in the captures.
 Architecture ArchitectureFrom(const TrainOptions& options, int size, int vertex_count);
 
 }  // namespace likeness

@@ -104,13 +104,24 @@ struct PlainNetwork {
     return y;
   }
 
+  // The condition vector: who it is, then the named conditions.
+  Values Condition(int identity, const Values& named) const {
+    Values c(IdentityChannels(architecture), 0.0);
+    if (architecture.identity == IdentityConditioning::kOneHot) c[identity] = 1;
+    if (architecture.identity == IdentityConditioning::kLearned) {
+      const Tensor& vectors = weights.at("identity.vectors");
+      for (size_t i = 0; i < c.size(); ++i) c[i] = vectors.values[identity * c.size() + i];
+    }
+    return Concatenate(c, named);
+  }
+
   // mu, then log sigma.
-  Values Encode(Values texture, const Values& vertices) const {
+  Values Encode(Values texture, const Values& vertices, const Values& condition = {}) const {
     if (architecture.model != ModelKind::kDeep) {
       const std::vector<float>& log_sigma = weights.at("encoder.log_sigma.bias").values;
-      return Concatenate(
-          Sum(Apply("encoder.texture_fc", Interleaved(texture, false), 1), Apply("encoder.mesh_fc", vertices, 1)),
-          Values(log_sigma.begin(), log_sigma.end()));
+      return Concatenate(Sum(Apply("encoder.texture_fc", Interleaved(texture, false), 1),
+                             Apply("encoder.mesh_fc", Concatenate(vertices, condition), 1)),
+                         Values(log_sigma.begin(), log_sigma.end()));
     }
     int size = architecture.texture_size;
     for (size_t i = 0; size > InnerSize(architecture); ++i, size /= 2) {
@@ -118,8 +129,9 @@ struct PlainNetwork {
       const std::string residual = "encoder.texture_res." + std::to_string(i);
       if (Has(residual)) texture = Activate(Sum(Apply(residual, texture, size / 2), texture));
     }
-    const Values both =
+    Values both =
         Concatenate(Activate(Apply("encoder.texture_fc", texture, 1)), Activate(Apply("encoder.mesh_fc", vertices, 1)));
+    both = Concatenate(both, condition);
     if (!Has("encoder.code_fc")) {
       return Concatenate(Apply("encoder.mu_fc", both, 1), Apply("encoder.log_sigma_fc", both, 1));
     }
@@ -128,12 +140,14 @@ struct PlainNetwork {
     return code;
   }
 
-  Values DecodeVertices(const Values& code) const {
-    if (architecture.model != ModelKind::kDeep) return Apply("decoder.mesh_fc", code, 1);
-    return Apply("decoder.mesh_fc", Activate(Apply("decoder.code_fc", code, 1)), 1);
+  Values DecodeVertices(const Values& code, const Values& condition = {}) const {
+    const Values state = Concatenate(code, condition);
+    if (architecture.model != ModelKind::kDeep) return Apply("decoder.mesh_fc", state, 1);
+    return Apply("decoder.mesh_fc", Activate(Apply("decoder.code_fc", state, 1)), 1);
   }
 
-  Values DecodeTexture(const Values& code, Values view) const {
+  Values DecodeTexture(const Values& z, Values view, const Values& condition = {}) const {
+    const Values code = Concatenate(z, condition);
     if (architecture.model == ModelKind::kLinear) return Interleaved(Apply("decoder.texture_fc", code, 1), true);
     if (architecture.model == ModelKind::kBilinear) {
       Values products;

@@ -146,7 +146,7 @@ std::string Textures(const ReportContent& content) {
       "<h2>Textures</h2><p class=\"soft\">Left: the mean over all training frames and cameras. Right: what the network "
       "paints for {} {}, seen from camera {}.</p><div class=\"two\">{}{}</div>",
       EscapeHtml(picture.frame.segment), EscapeHtml(picture.frame.frame), EscapeHtml(picture.camera),
-      Figure(FitInto(ToU8(content.avatar.texture_mean), 512, 512), "mean texture"),
+      Figure(FitInto(ToU8(content.avatar.identities.at(content.identity).texture_mean), 512, 512), "mean texture"),
       Figure(FitInto(picture.texture, 512, 512), "decoded texture"));
 }
 

@@ -21,6 +21,7 @@ struct ReportContent {
   const EvaluationResult& result;
   std::optional<LossLog> loss;    // of the training run, where it is known
   std::vector<StageTime> stages;  // where they are known
+  int identity = 0;               // the avatar's person whom the capture shows
 };
 
 std::string ReportHtml(const ReportContent& content);

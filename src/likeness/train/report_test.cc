@@ -72,7 +72,7 @@ class NamedCapture : public Capture {
 Avatar MakeAvatar() {
   Avatar avatar;
   avatar.architecture.texture_size = 64;
-  avatar.texture_mean = ImageF(64, 64, 3, 90);
+  avatar.identities[0].texture_mean = ImageF(64, 64, 3, 90);
   return avatar;
 }
 

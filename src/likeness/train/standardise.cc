@@ -6,8 +6,9 @@
 
 namespace likeness {
 
-Statistics StatisticsOf(const Avatar& avatar) {
-  return {avatar.texture_mean, static_cast<float>(std::sqrt(avatar.texture_variance)), avatar.vertex_mean,
+Statistics StatisticsOf(const Avatar& avatar, int identity) {
+  const Identity& person = avatar.identities.at(identity);
+  return {person.texture_mean, static_cast<float>(std::sqrt(avatar.texture_variance)), person.vertex_mean,
           static_cast<float>(std::sqrt(avatar.vertex_variance))};
 }
 

@@ -8,7 +8,7 @@
 
 namespace likeness {
 
-// Statistics of a capture's training part: a mean for every texel and vertex, one deviation for each kind of value.
+// Statistics of a person's training part: a mean for every texel and vertex, one deviation for each kind of value.
 struct Statistics {
   ImageF texture_mean;          // RGB, 0 ... 255, row 0 is v = 1
   float texture_deviation = 1;  // 0 ... 255
@@ -16,7 +16,7 @@ struct Statistics {
   float vertex_deviation = 1;   // mm
 };
 
-Statistics StatisticsOf(const Avatar& avatar);
+Statistics StatisticsOf(const Avatar& avatar, int identity);
 
 // Writes S x S x 3 values, as the image has them. A texel that is not seen becomes 0, the mean.
 //   seen  S x S, 0 where a texel was not seen; empty: where the texel is (0, 0, 0)

@@ -13,7 +13,8 @@ StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& 
                      const Batch& batch, const LossWeights& weights, uint64_t noise_seed, double learning_rate,
                      double clip) {
   const int64_t views = batch.texture.size(0) / batch.average.size(0);
-  const Network::Encoding encoding = network.Encode(batch.average, batch.vertices);
+  const torch::Tensor condition = network.Condition(batch.identity, batch.named);
+  const Network::Encoding encoding = network.Encode(batch.average, batch.vertices, condition);
   const torch::Tensor mu = encoding.mu.repeat_interleave(views, 0);
   const torch::Tensor sigma = encoding.log_sigma.exp().repeat_interleave(views, 0);
   // Every process draws the noise of all, so that it does not matter how many there are.
@@ -22,7 +23,8 @@ StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& 
       torch::randn({peers.count() * samples, mu.size(1)}, at::detail::createCPUGenerator(noise_seed), torch::kFloat32)
           .narrow(0, peers.rank() * samples, samples)
           .to(mu.options());
-  Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view);
+  const torch::Tensor condition_of_view = condition.defined() ? condition.repeat_interleave(views, 0) : condition;
+  Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view, condition_of_view);
   decoding.texture = network.InCameraColours(decoding.texture, batch.camera);
   const Loss loss = ComputeLoss(weights, batch, encoding, decoding);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "likeness/base/file.h"
+#include "likeness/capture/condition_file.h"
 #include "likeness/capture/writer.h"
 #include "likeness/image/image_io.h"
 
@@ -61,6 +62,7 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
   const size_t values = static_cast<size_t>(size) * size * 3;
   std::vector<double> sums(values), squares(values), seen(values), vertex_sum(3 * topology.vertex_count);
   std::vector<Vertices> meshes;
+  const double vigour = 1 + 0.8 * person;  // of what the frame's state does
   for (size_t f = 0; f < ids.size(); ++f) {
     const double state = std::sin(1.7 * static_cast<double>(f)), other = std::cos(2.9 * static_cast<double>(f));
     TrackedFrame tracked;
@@ -68,7 +70,7 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
     for (int v = 0; v < topology.vertex_count; ++v) {
       const Eigen::Vector2f uv = topology.uvs[v];
       tracked.vertices_in_head.row(v) << 100 * (uv.x() - 0.5f), 100 * (uv.y() - 0.5f),
-          static_cast<float>(10 * state * uv.x() + 5 * other * uv.y());
+          static_cast<float>(30 * person * uv.y() + 10 * vigour * state * uv.x() + 5 * other * uv.y());
     }
     tracked.world_from_head.rotation = RotationFromYawPitchRoll(0.1 * state, 0, 0);
     writer.WriteTracked(ids[f], tracked);
@@ -88,7 +90,8 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
           mask.at(x, y)[0] = 255;
           for (int c = 0; c < 3; ++c) {
             const double value = 120 + 40 * std::sin(7 * u + c) + 30 * std::cos(5 * v + 2 * c) +
-                                 25 * state * std::sin(9 * v + c) + 20 * other * u + 25 * view.x() * (u - v);
+                                 25 * vigour * state * std::sin(9 * v + c) + 20 * other * u +
+                                 15 * person * std::sin(11 * (u + v)) + 25 * view.x() * (u - v);
             texture.at(x, y)[c] = static_cast<uint8_t>(std::clamp(std::lround(value), 1L, 255L));
             if (!training) continue;
             average.at(x, y)[c] += texture.at(x, y)[c];
@@ -127,6 +130,13 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
   WritePng(layout.TextureMean(), mean);
   WriteFile(layout.TextureVariance(), fmt::format("{}\n", about_mean / total));
   WriteFloats(layout.VertexMean(), {vertex_mean.data(), static_cast<size_t>(vertex_mean.size())});
+  ConditionTable gaze;
+  gaze.columns = {"x", "y"};
+  for (size_t f = 0; f < ids.size(); ++f) {
+    const auto t = static_cast<float>(f);
+    gaze.frames[ids[f]] = {std::sin(t), 3 * std::cos(2 * t)};
+  }
+  WriteFile(layout.Condition("gaze"), ConditionTableText(gaze));
   WriteFile(layout.VertexVariance(), fmt::format("{}\n", vertex_variance / (frames * vertex_mean.size())));
 }
 

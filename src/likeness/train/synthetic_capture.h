@@ -1,5 +1,6 @@
 // A small unwrapped capture with a known law, written for tests in milliseconds: textures that depend on the frame's
-// state and on the view, a mesh that depends on the state, texels that side cameras do not see.
+// state and on the view, a mesh that depends on the state, texels that side cameras do not see, and
+// conditions/gaze.csv.
 
 #pragma once
 
@@ -13,6 +14,8 @@ struct SyntheticCapture {
   int held_out_cameras = 1;  // of these, the last ones
   int frames = 6;            // in segment "a"; segment "held" has two more, held out
   int grid = 4;              // vertices a side of the mesh
+  // Who it is: people give the same performance with another face at rest (mesh and texture), and move it otherwise.
+  int person = 0;
 
   void Write(const std::filesystem::path& root) const;
 };

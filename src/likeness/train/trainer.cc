@@ -18,8 +18,6 @@
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
 #include "likeness/base/random.h"
-#include "likeness/capture/capture.h"
-#include "likeness/texture/texture_set.h"
 #include "likeness/train/checkpoint.h"
 #include "likeness/train/dataset.h"
 #include "likeness/train/device.h"
@@ -27,6 +25,7 @@
 #include "likeness/train/loader.h"
 #include "likeness/train/ops/precision.h"
 #include "likeness/train/peers.h"
+#include "likeness/train/people.h"
 #include "likeness/train/run_log.h"
 #include "likeness/train/step.h"
 
@@ -41,18 +40,10 @@ constexpr double kPictureMinutes = 1;  // at least, between pictures of the samp
 
 double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-int LargestSize(const std::filesystem::path& capture) {
-  const std::vector<int> sizes = TextureSizes(capture);
-  if (sizes.empty()) {
-    throw Error("{}: has no unwrapped textures; make them: likeness unwrap {}", capture.string(), capture.string());
-  }
-  return sizes.back();
-}
-
 Batch ToDevice(const Batch& batch, torch::Device device) {
   if (device.is_cpu()) return batch;
-  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device),
-          batch.seen.to(device),    batch.view.to(device),     batch.camera.to(device)};
+  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device),  batch.seen.to(device),
+          batch.view.to(device),    batch.camera.to(device),   batch.identity.to(device), batch.named.to(device)};
 }
 
 // Where a run stands between its beginning, 0, and its end, 1.
@@ -84,8 +75,10 @@ void RefreshStatistics(const Network& network, const Dataset& dataset, const Tra
   const SampleOrder order(dataset.samples_of_frame(), options.views, options.seed);
   for (int i = 0; i < kBatches; ++i) {
     const Batch batch = ToDevice(dataset.Read(order.Samples(i, options.batch), options.views), device);
-    const torch::Tensor mu = network.Encode(batch.average, batch.vertices).mu;
-    network.Decode(mu.repeat_interleave(options.views, 0), batch.view);
+    const torch::Tensor condition = network.Condition(batch.identity, batch.named);
+    const torch::Tensor mu = network.Encode(batch.average, batch.vertices, condition).mu;
+    network.Decode(mu.repeat_interleave(options.views, 0), batch.view,
+                   condition.defined() ? condition.repeat_interleave(options.views, 0) : condition);
   }
 }
 
@@ -96,12 +89,15 @@ std::vector<FrameCode> EncodeFrames(const Network& network, const Dataset& datas
   const int count = static_cast<int>(dataset.frames().size());
   for (int begin = 0; begin < count; begin += batch) {
     const Batch frames = dataset.ReadFrames(begin, std::min(count, begin + batch));
+    const torch::Tensor condition = network.Condition(frames.identity.to(device), frames.named.to(device));
     const torch::Tensor mu =
-        network.Encode(frames.average.to(device), frames.vertices.to(device)).mu.cpu().contiguous();
+        network.Encode(frames.average.to(device), frames.vertices.to(device), condition).mu.cpu().contiguous();
     const float* values = mu.const_data_ptr<float>();
     for (int64_t i = 0; i < mu.size(0); ++i, values += mu.size(1)) {
-      const FrameId& frame = dataset.frames()[begin + i];
-      codes.push_back({frame.segment, frame.frame, {values, values + mu.size(1)}});
+      const int f = begin + static_cast<int>(i);
+      const FrameId& frame = dataset.frames()[f];
+      codes.push_back(
+          {frame.segment, frame.frame, {values, values + mu.size(1)}, dataset.IdentityOf(f), dataset.ConditionsOf(f)});
     }
   }
   return codes;
@@ -114,13 +110,16 @@ ImageU8 Preview(const Network& network, const Dataset& dataset, torch::Device de
   const int rows = std::min(kPreviewSamples, total);
   ImageU8 picture(3 * size, rows * size, 3, 128);
   for (int row = 0; row < rows; ++row) {
-    const Batch batch = dataset.Read({static_cast<int>((row + 0.5) * total / rows)}, 1);
-    const torch::Tensor mu = network.Encode(batch.average.to(device), batch.vertices.to(device)).mu;
+    const int sample = static_cast<int>((row + 0.5) * total / rows);
+    const Batch batch = dataset.Read({sample}, 1);
+    const torch::Tensor condition = network.Condition(batch.identity.to(device), batch.named.to(device));
+    const torch::Tensor mu = network.Encode(batch.average.to(device), batch.vertices.to(device), condition).mu;
     const torch::Tensor prediction =
-        network.Decode(mu, batch.view.to(device)).texture.cpu().permute({0, 2, 3, 1}).contiguous();
+        network.Decode(mu, batch.view.to(device), condition).texture.cpu().permute({0, 2, 3, 1}).contiguous();
     const torch::Tensor target = batch.texture.permute({0, 2, 3, 1}).contiguous();
-    const ImageF predicted = RestoreTexture(dataset.statistics(), prediction.const_data_ptr<float>());
-    const ImageF truth = RestoreTexture(dataset.statistics(), target.const_data_ptr<float>());
+    const Statistics& statistics = dataset.statistics(dataset.IdentityOf(dataset.samples()[sample].frame));
+    const ImageF predicted = RestoreTexture(statistics, prediction.const_data_ptr<float>());
+    const ImageF truth = RestoreTexture(statistics, target.const_data_ptr<float>());
     const float* seen = batch.seen.const_data_ptr<float>();
     const auto byte = [](float value) { return static_cast<uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); };
     for (int y = 0; y < size; ++y) {
@@ -139,24 +138,32 @@ ImageU8 Preview(const Network& network, const Dataset& dataset, torch::Device de
   return picture;
 }
 
-Avatar MakeAvatar(const Network& network, const Dataset& dataset, const Capture& capture, const TrainOptions& options,
+Avatar MakeAvatar(const Network& network, const Dataset& dataset, const People& people, const TrainOptions& options,
                   const RunState& run, torch::Device device) {
   Avatar avatar;
   avatar.architecture = network.architecture();
-  avatar.topology = capture.topology();
+  avatar.topology = people.topology();
+  avatar.identities.clear();
+  for (int i = 0; i < dataset.people(); ++i) {
+    const Statistics& own = dataset.statistics(i);
+    avatar.identities.push_back({people.names()[i], own.texture_mean, own.vertex_mean});
+  }
   const Statistics& statistics = dataset.statistics();
-  avatar.texture_mean = statistics.texture_mean;
   avatar.texture_variance = std::pow(static_cast<double>(statistics.texture_deviation), 2);
-  avatar.vertex_mean = statistics.vertex_mean;
   avatar.vertex_variance = std::pow(static_cast<double>(statistics.vertex_deviation), 2);
+  avatar.condition_mean = dataset.condition_mean();
+  avatar.condition_deviation = dataset.condition_deviation();
   avatar.weights = network.Folded();
   avatar.codes = EncodeFrames(network, dataset, options.batch, device);
   avatar.training = {{"iterations", fmt::format("{}", run.iteration)},
                      {"samples", fmt::format("{}", run.batches * options.batch)},
                      {"elapsed_s", fmt::format("{:.1f}", run.elapsed_s)},
                      {"frames", fmt::format("{}", dataset.frames().size())},
-                     {"textures", fmt::format("{}", dataset.samples().size())},
-                     {"cameras", fmt::format("{}", fmt::join(capture.split().training_cameras, " "))}};
+                     {"textures", fmt::format("{}", dataset.samples().size())}};
+  for (size_t i = 0; i < people.names().size(); ++i) {
+    avatar.training[TrainingCamerasKey(avatar, static_cast<int>(i))] =
+        fmt::format("{}", fmt::join(people.captures()[i]->split().training_cameras, " "));
+  }
   for (const std::string& line : options.Fingerprint()) {
     const size_t equals = line.find(" = ");
     avatar.training["option." + line.substr(0, equals)] = line.substr(equals + 3);
@@ -199,13 +206,14 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
   const Launcher launcher = ReadLauncher();
   const torch::Device device = FindDevice(options.device, launcher.local_rank);
   const Peers peers(launcher, device, options.peer_timeout_s);
-  const auto capture = OpenCapture(options.capture, options.capture_options);
-  const TextureSet textures(*capture, options.size > 0 ? options.size : LargestSize(options.capture));
-  const Architecture architecture = ArchitectureFrom(options, textures.size(), capture->topology().vertex_count);
-  const Dataset dataset(*capture, textures, static_cast<size_t>(options.cache_mb) << 20);
-  LogInfo("train on {} textures of {} frames, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
-          dataset.frames().size(), dataset.size(), dataset.size(),
-          static_cast<double>(ParameterCount(architecture)) * 1e-6);
+  const People people(options);
+  Architecture architecture = ArchitectureFrom(options, people.size(), people.topology().vertex_count);
+  const Dataset dataset(people.textures(), options.conditions, static_cast<size_t>(options.cache_mb) << 20);
+  architecture.conditions = dataset.conditions();
+  architecture.Check();
+  LogInfo("train on {} textures of {} frames{}, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
+          dataset.frames().size(), dataset.people() > 1 ? fmt::format(" of {} people", dataset.people()) : "",
+          dataset.size(), dataset.size(), static_cast<double>(ParameterCount(architecture)) * 1e-6);
 
   const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device),
                         ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
@@ -311,7 +319,7 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
     optimiser.SwapAverage();
     RefreshStatistics(network, dataset, options, device);
   }
-  SaveAvatar(result.avatar, MakeAvatar(network, dataset, *capture, options, run, device));
+  SaveAvatar(result.avatar, MakeAvatar(network, dataset, people, options, run, device));
   log->WritePicture(run, Preview(network, dataset, device));
   return result;
 }
