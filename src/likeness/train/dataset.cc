@@ -27,24 +27,25 @@ void Shuffle(std::vector<T>& values, Random& random) {
 
 }  // namespace
 
-Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes)
-    : textures_(textures), frames_(capture.TrainingFrames()), statistics_(StatisticsOf(textures.ReadStatistics())) {
-  const std::vector<Camera> cameras = capture.TrainingCameras();
-  cameras_ = static_cast<int>(cameras.size());
+Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting)
+    : textures_(textures),
+      frames_(capture.TrainingFrames()),
+      training_cameras_(capture.TrainingCameras()),
+      texel_weights_(capture.topology(), textures.size(), weighting),
+      statistics_(StatisticsOf(textures.ReadStatistics())) {
   for (int f = 0; f < static_cast<int>(frames_.size()); ++f) {
-    const TrackedFrame tracked = capture.ReadTracked(frames_[f]);
-    vertices_.push_back(tracked.vertices_in_head);
+    tracked_.push_back(capture.ReadTracked(frames_[f]));
     samples_of_frame_.emplace_back();
-    for (int c = 0; c < cameras_; ++c) {
-      const Camera& camera = cameras[c];
+    for (int c = 0; c < cameras(); ++c) {
+      const Camera& camera = training_cameras_[c];
       if (!textures.HasTexture(frames_[f], camera.name)) continue;
       samples_of_frame_[f].push_back(static_cast<int>(samples_.size()));
-      samples_.push_back({f, camera.name, c, ViewVector(camera, tracked.world_from_head).cast<float>()});
+      samples_.push_back({f, camera.name, c, ViewVector(camera, tracked_[f].world_from_head).cast<float>()});
     }
   }
   if (samples_.empty()) {
     throw Error("{}: no textures to train on: {} training frames, {} training cameras, none unwrapped at {} x {}",
-                capture.root().string(), frames_.size(), cameras.size(), size(), size());
+                capture.root().string(), frames_.size(), cameras(), size(), size());
   }
   cache_slots_ = cache_bytes / (static_cast<size_t>(size()) * size() * 4);
   slots_ = std::vector<Slot>(samples_.size() + frames_.size());
@@ -76,7 +77,8 @@ Batch Dataset::ReadFrames(int begin, int end) const {
     const int frame = begin + static_cast<int>(i);
     const auto texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
     StandardiseTexture(statistics_, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
-    StandardiseVertices(statistics_, vertices_[frame], vertices.mutable_data_ptr<float>() + i * coordinates);
+    StandardiseVertices(statistics_, tracked_[frame].vertices_in_head,
+                        vertices.mutable_data_ptr<float>() + i * coordinates);
   }
   Batch batch;
   batch.average = average.permute({0, 3, 1, 2});
@@ -100,8 +102,9 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
     LIKENESS_CHECK(sample.frame == samples_[samples[i - i % views]].frame);
     const auto read = ReadTexels(samples[i]);
     StandardiseTexture(statistics_, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
-    float* weight = seen.mutable_data_ptr<float>() + i * texels;
-    for (const uint8_t value : read->seen.values()) *weight++ = value != 0 ? 1.0f : 0.0f;
+    texel_weights_.Write(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
+                         tracked_[sample.frame].vertices_in_head, read->seen,
+                         seen.mutable_data_ptr<float>() + i * texels);
     camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
     std::copy_n(sample.view.data(), 3, view.mutable_data_ptr<float>() + 3 * i);
   }

@@ -14,6 +14,7 @@
 #include "likeness/capture/capture.h"
 #include "likeness/texture/texture_set.h"
 #include "likeness/train/standardise.h"
+#include "likeness/train/texel_weights.h"
 
 namespace likeness {
 
@@ -24,7 +25,7 @@ struct Batch {
   torch::Tensor average;      // [F, 3, S, S]; 0 where no camera sees a texel
   torch::Tensor vertices;     // [F, 3 V]
   torch::Tensor texture;      // [N, 3, S, S]; 0 where not seen
-  torch::Tensor seen;         // [N, 1, S, S]; 1 or 0: the loss's weight w
+  torch::Tensor seen;         // [N, 1, S, S]; the loss's weight w, 0 where not seen
   torch::Tensor view;         // [N, 3]
   torch::Tensor camera = {};  // [N] int64, index among the training cameras
 };
@@ -41,10 +42,11 @@ class Dataset {
 
   // Reads meshes and statistics now, textures when they are first needed. Throws Error when nothing is left to train
   // on, or when a file is absent or wrong. Capture and textures are borrowed.
-  Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes);
+  Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes,
+          TexelWeighting weighting = TexelWeighting::kAll);
 
   int size() const { return textures_.size(); }
-  int cameras() const { return cameras_; }  // for training
+  int cameras() const { return static_cast<int>(training_cameras_.size()); }  // for training
   const std::vector<FrameId>& frames() const { return frames_; }
   const std::vector<Sample>& samples() const { return samples_; }
   // Indices into samples(), for every frame.
@@ -71,9 +73,10 @@ class Dataset {
   std::shared_ptr<const Texels> LoadTexels(int slot) const;
 
   const TextureSet& textures_;
-  int cameras_ = 0;
   std::vector<FrameId> frames_;
-  std::vector<Vertices> vertices_;
+  std::vector<Camera> training_cameras_;
+  std::vector<TrackedFrame> tracked_;
+  TexelWeights texel_weights_;
   std::vector<Sample> samples_;
   std::vector<std::vector<int>> samples_of_frame_;
   Statistics statistics_;

@@ -202,14 +202,15 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
   const auto capture = OpenCapture(options.capture, options.capture_options);
   const TextureSet textures(*capture, options.size > 0 ? options.size : LargestSize(options.capture));
   const Architecture architecture = ArchitectureFrom(options, textures.size(), capture->topology().vertex_count);
-  const Dataset dataset(*capture, textures, static_cast<size_t>(options.cache_mb) << 20);
+  const Dataset dataset(*capture, textures, static_cast<size_t>(options.cache_mb) << 20,
+                        ParseTexelWeighting(options.texels));
   LogInfo("train on {} textures of {} frames, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
           dataset.frames().size(), dataset.size(), dataset.size(),
           static_cast<double>(ParameterCount(architecture)) * 1e-6);
 
   const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device),
                         ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
-  Optimiser optimiser(network.parameters(), network.statistics());
+  Optimiser optimiser(network.parameters(), network.statistics(), options.beta2);
   // The first process alone writes.
   std::optional<FolderLock> lock;
   if (peers.IsFirst()) lock.emplace(options.out);
