@@ -13,6 +13,7 @@
 #include "likeness/base/log.h"
 #include "likeness/base/progress.h"
 #include "likeness/train/ops/precision.h"
+#include "likeness/train/texel_weights.h"
 #include "likeness/train/trainer.h"
 
 namespace likeness {
@@ -57,8 +58,10 @@ Command Describe(Arguments& arguments) {
   command.Option("learning-rate", &o.learning_rate, "of Adam, at its highest");
   command.Choice("schedule", &o.schedule, {"constant", "cosine"}, "of the learning rate over the run");
   command.Option("warmup", &o.warmup, "share of the run in which the learning rate rises");
+  command.Option("beta2", &o.beta2, "Adam's decay of squared gradients");
   command.Option("clip", &o.clip, "largest norm of the gradient; 0: any");
   command.Option("average", &o.average, "share of the run that the final weights are a mean over; 0: the last ones");
+  command.Choice("texels", &o.texels, TexelWeightingNames(), "what a texel counts in the loss");
   command.Option("loss.texture", &o.loss.texture, "weight of the texture term");
   command.Option("loss.geometry", &o.loss.geometry, "weight of the vertex term");
   command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");

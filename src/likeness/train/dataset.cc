@@ -18,9 +18,10 @@ void Shuffle(std::vector<T>& values, Random& random) {
 
 }  // namespace
 
-Dataset::Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes)
-    : people_(std::move(people)) {
-  LIKENESS_CHECK(!people_.empty());
+Dataset::Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
+                 TexelWeighting weighting)
+    : people_(std::move(people)),
+      texel_weights_(people_.at(0)->capture().topology(), people_.front()->size(), weighting) {
   for (int i = 0; i < this->people(); ++i) AddPerson(i);
   ReadStatistics();
   ReadConditions(conditions);
@@ -36,20 +37,20 @@ void Dataset::AddPerson(int identity) {
   const std::vector<FrameId> frames = capture.TrainingFrames();
   const size_t before = samples_.size();
   for (const FrameId& frame : frames) {
-    const TrackedFrame tracked = capture.ReadTracked(frame);
+    const TrackedFrame& tracked = tracked_.emplace_back(capture.ReadTracked(frame));
     const int f = static_cast<int>(frames_.size());
     frames_.push_back(frame);
     identities_.push_back(identity);
-    vertices_.push_back(tracked.vertices_in_head);
     samples_of_frame_.emplace_back();
     for (int c = 0; c < static_cast<int>(cameras.size()); ++c) {
       const Camera& camera = cameras[c];
       if (!textures.HasTexture(frame, camera.name)) continue;
       samples_of_frame_[f].push_back(static_cast<int>(samples_.size()));
-      samples_.push_back({f, camera.name, cameras_ + c, ViewVector(camera, tracked.world_from_head).cast<float>()});
+      samples_.push_back(
+          {f, camera.name, this->cameras() + c, ViewVector(camera, tracked.world_from_head).cast<float>()});
     }
   }
-  cameras_ += static_cast<int>(cameras.size());
+  training_cameras_.insert(training_cameras_.end(), cameras.begin(), cameras.end());
   if (samples_.size() == before) {
     throw Error("{}: no textures to train on: {} training frames, {} training cameras, none unwrapped at {} x {}",
                 capture.root().string(), frames.size(), cameras.size(), size(), size());
@@ -143,7 +144,7 @@ Batch Dataset::ReadFrames(int begin, int end) const {
     const auto texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
     const Statistics& own = statistics_[identities_[frame]];
     StandardiseTexture(own, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
-    StandardiseVertices(own, vertices_[frame], vertices.mutable_data_ptr<float>() + i * coordinates);
+    StandardiseVertices(own, tracked_[frame].vertices_in_head, vertices.mutable_data_ptr<float>() + i * coordinates);
     identity.mutable_data_ptr<int64_t>()[i] = identities_[frame];
     for (int64_t v = 0; v < values; ++v) {
       named.mutable_data_ptr<float>()[i * values + v] =
@@ -177,8 +178,9 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
     const auto read = ReadTexels(samples[i]);
     const Statistics& own = statistics_[identities_[sample.frame]];
     StandardiseTexture(own, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
-    float* weight = seen.mutable_data_ptr<float>() + i * texels;
-    for (const uint8_t value : read->seen.values()) *weight++ = value != 0 ? 1.0f : 0.0f;
+    texel_weights_.Write(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
+                         tracked_[sample.frame].vertices_in_head, read->seen,
+                         seen.mutable_data_ptr<float>() + i * texels);
     camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
     std::copy_n(sample.view.data(), 3, view.mutable_data_ptr<float>() + 3 * i);
   }

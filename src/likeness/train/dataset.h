@@ -14,6 +14,7 @@
 #include "likeness/capture/capture.h"
 #include "likeness/texture/texture_set.h"
 #include "likeness/train/standardise.h"
+#include "likeness/train/texel_weights.h"
 
 namespace likeness {
 
@@ -24,7 +25,7 @@ struct Batch {
   torch::Tensor average;        // [F, 3, S, S]; 0 where no camera sees a texel
   torch::Tensor vertices;       // [F, 3 V]
   torch::Tensor texture;        // [N, 3, S, S]; 0 where not seen
-  torch::Tensor seen;           // [N, 1, S, S]; 1 or 0: the loss's weight w
+  torch::Tensor seen;           // [N, 1, S, S]; the loss's weight w, 0 where not seen
   torch::Tensor view;           // [N, 3]
   torch::Tensor camera = {};    // [N] int64, index among the training cameras of all people
   torch::Tensor identity = {};  // [F] int64, index among the people
@@ -46,13 +47,15 @@ class Dataset {
   // borrowed, and of one size.
   //   people      the textures of each person's capture, at least one
   //   conditions  names of those that every capture has
-  Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes);
+  Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
+          TexelWeighting weighting = TexelWeighting::kAll);
   // Of one person, without conditions.
-  Dataset(const TextureSet& textures, size_t cache_bytes) : Dataset({&textures}, {}, cache_bytes) {}
+  Dataset(const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting = TexelWeighting::kAll)
+      : Dataset({&textures}, {}, cache_bytes, weighting) {}
 
   int size() const { return people_.front()->size(); }
   int people() const { return static_cast<int>(people_.size()); }
-  int cameras() const { return cameras_; }  // for training, of all people
+  int cameras() const { return static_cast<int>(training_cameras_.size()); }  // for training, of all people
   const std::vector<FrameId>& frames() const { return frames_; }
   int IdentityOf(int frame) const { return identities_[frame]; }
   const std::vector<Sample>& samples() const { return samples_; }
@@ -92,10 +95,11 @@ class Dataset {
   void ReadConditions(const std::vector<std::string>& names);
 
   std::vector<const TextureSet*> people_;
-  int cameras_ = 0;
   std::vector<FrameId> frames_;
   std::vector<int> identities_;  // of frames
-  std::vector<Vertices> vertices_;
+  std::vector<TrackedFrame> tracked_;
+  std::vector<Camera> training_cameras_;  // of all people, one after another
+  TexelWeights texel_weights_;
   std::vector<Sample> samples_;
   std::vector<std::vector<int>> samples_of_frame_;
   std::vector<Statistics> statistics_;

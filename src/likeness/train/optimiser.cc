@@ -8,8 +8,8 @@
 
 namespace likeness {
 
-Optimiser::Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics)
-    : statistics_(std::move(statistics)) {
+Optimiser::Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics, double beta2)
+    : beta2_(beta2), statistics_(std::move(statistics)) {
   const torch::NoGradGuard no_grad;
   for (Parameter& parameter : parameters) {
     names_.push_back(parameter.name);
@@ -48,7 +48,7 @@ void Optimiser::Step(double learning_rate, double gradient_norm, double clip) {
   }
   steps_.front() += 1;
   at::_fused_adam_(weights_, gradients, first_moments_, second_moments_, {}, steps_, learning_rate, /*beta1=*/0.9,
-                   /*beta2=*/0.999, /*weight_decay=*/0, /*eps=*/1e-8, /*amsgrad=*/false, /*maximize=*/false, divisor);
+                   beta2_, /*weight_decay=*/0, /*eps=*/1e-8, /*amsgrad=*/false, /*maximize=*/false, divisor);
 }
 
 void Optimiser::Average(double decay) {

@@ -15,7 +15,7 @@ class Optimiser {
  public:
   // `parameters` share memory with the network and take gradients from now on. `statistics`, which no gradient moves,
   // are part of the state alone.
-  explicit Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics = {});
+  explicit Optimiser(std::vector<Parameter> parameters, std::vector<Parameter> statistics = {}, double beta2 = 0.999);
 
   // The norm of all gradients together.
   double GradientNorm() const;
@@ -45,6 +45,7 @@ class Optimiser {
   std::vector<torch::Tensor> second_moments_;
   std::vector<torch::Tensor> averages_;
   std::vector<torch::Tensor> steps_;  // one scalar, shared by all
+  double beta2_;
   std::vector<Parameter> statistics_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/train/ops/precision.h"
+#include "likeness/train/texel_weights.h"
 
 namespace likeness {
 
@@ -40,8 +41,10 @@ void TrainOptions::Check() const {
   InRange("learning-rate", learning_rate, 1e-9, 1);
   InRange("colour-rate", colour_rate, 0, 1e6);
   InRange("warmup", warmup, 0, 1);
+  InRange("beta2", beta2, 0, 0.999999);
   InRange("clip", clip, 0, 1e9);
   InRange("average", average, 0, 1);
+  ParseTexelWeighting(texels);
   InRange("loss.texture", loss.texture, 0, 1e9);
   InRange("loss.geometry", loss.geometry, 0, 1e9);
   InRange("loss.kl", loss.kl, 0, 1e9);
@@ -87,8 +90,10 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("schedule", schedule);
   add("warmup", warmup);
   add("precision", precision);
+  add("beta2", beta2);
   add("clip", clip);
   add("average", average);
+  add("texels", texels);
   add("loss.texture", loss.texture);
   add("loss.geometry", loss.geometry);
   add("loss.kl", loss.kl);

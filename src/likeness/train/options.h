@@ -54,8 +54,10 @@ struct TrainOptions {
   double learning_rate = 2e-3;
   std::string schedule = "cosine";  // "constant", or "cosine": from learning_rate to 0 over the length of the run
   double warmup = 0.02;             // share of the run in which the rate rises to learning_rate
+  double beta2 = 0.999;             // Adam's decay of squared gradients
   double clip = 1;                  // largest norm of all gradients together; 0 does not clip
-  double average = 0.02;  // the avatar's weights are a mean over about this share of the run's end; 0: the last
+  double average = 0.02;       // the avatar's weights are a mean over about this share of the run's end; 0: the last
+  std::string texels = "all";  // what a texel counts in the loss; see texel_weights.h
   LossWeights loss;
 
   uint64_t seed = 0;

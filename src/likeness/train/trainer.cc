@@ -208,7 +208,8 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
   const Peers peers(launcher, device, options.peer_timeout_s);
   const People people(options);
   Architecture architecture = ArchitectureFrom(options, people.size(), people.topology().vertex_count);
-  const Dataset dataset(people.textures(), options.conditions, static_cast<size_t>(options.cache_mb) << 20);
+  const Dataset dataset(people.textures(), options.conditions, static_cast<size_t>(options.cache_mb) << 20,
+                        ParseTexelWeighting(options.texels));
   architecture.conditions = dataset.conditions();
   architecture.Check();
   LogInfo("train on {} textures of {} frames{}, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
@@ -217,7 +218,7 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
 
   const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device),
                         ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
-  Optimiser optimiser(network.parameters(), network.statistics());
+  Optimiser optimiser(network.parameters(), network.statistics(), options.beta2);
   // The first process alone writes.
   std::optional<FolderLock> lock;
   if (peers.IsFirst()) lock.emplace(options.out);
