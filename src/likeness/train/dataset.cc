@@ -27,7 +27,8 @@ void Shuffle(std::vector<T>& values, Random& random) {
 
 }  // namespace
 
-Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting)
+Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting,
+                 const std::filesystem::path& cache_folder)
     : textures_(textures),
       frames_(capture.TrainingFrames()),
       training_cameras_(capture.TrainingCameras()),
@@ -47,27 +48,22 @@ Dataset::Dataset(const Capture& capture, const TextureSet& textures, size_t cach
     throw Error("{}: no textures to train on: {} training frames, {} training cameras, none unwrapped at {} x {}",
                 capture.root().string(), frames_.size(), cameras(), size(), size());
   }
-  cache_slots_ = cache_bytes / (static_cast<size_t>(size()) * size() * 4);
-  slots_ = std::vector<Slot>(samples_.size() + frames_.size());
+  cache_ = std::make_unique<TextureCache>(
+      static_cast<int>(samples_.size() + frames_.size()), [this](int slot) { return LoadTexels(slot); }, cache_bytes,
+      cache_folder);
 }
 
-std::shared_ptr<const Dataset::Texels> Dataset::LoadTexels(int slot) const {
-  auto texels = std::make_shared<Texels>();
-  if (slot < static_cast<int>(samples_.size())) {
-    const Sample& sample = samples_[slot];
-    texels->texture = textures_.ReadTexture(frames_[sample.frame], sample.camera);
-    texels->seen = textures_.ReadMask(frames_[sample.frame], sample.camera, texels->texture);
-  } else {
-    texels->texture = textures_.ReadAverage(frames_[slot - samples_.size()]);
-  }
+PackedTexture Dataset::LoadTexels(int slot) const {
+  if (slot >= static_cast<int>(samples_.size())) return {textures_.ReadAverage(frames_[slot - samples_.size()]), {}};
+  const Sample& sample = samples_[slot];
+  const ImageU8 texture = textures_.ReadTexture(frames_[sample.frame], sample.camera);
+  return {texture, textures_.ReadMask(frames_[sample.frame], sample.camera, texture)};
+}
+
+Dataset::Texels Dataset::ReadTexels(int slot) const {
+  Texels texels;
+  cache_->Get(slot)->Unpack(size(), &texels.texture, &texels.seen);
   return texels;
-}
-
-std::shared_ptr<const Dataset::Texels> Dataset::ReadTexels(int slot) const {
-  std::call_once(slots_[slot].once, [&] {
-    if (used_slots_++ < cache_slots_) slots_[slot].texels = LoadTexels(slot);
-  });
-  return slots_[slot].texels ? slots_[slot].texels : LoadTexels(slot);
 }
 
 Batch Dataset::ReadFrames(int begin, int end) const {
@@ -75,8 +71,8 @@ Batch Dataset::ReadFrames(int begin, int end) const {
   const torch::Tensor average = torch::empty({count, side, side, 3}), vertices = torch::empty({count, coordinates});
   for (int64_t i = 0; i < count; ++i) {
     const int frame = begin + static_cast<int>(i);
-    const auto texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
-    StandardiseTexture(statistics_, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
+    const Texels texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
+    StandardiseTexture(statistics_, texels.texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
     StandardiseVertices(statistics_, tracked_[frame].vertices_in_head,
                         vertices.mutable_data_ptr<float>() + i * coordinates);
   }
@@ -100,10 +96,10 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
       vertices.push_back(frame.vertices);
     }
     LIKENESS_CHECK(sample.frame == samples_[samples[i - i % views]].frame);
-    const auto read = ReadTexels(samples[i]);
-    StandardiseTexture(statistics_, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
+    const Texels read = ReadTexels(samples[i]);
+    StandardiseTexture(statistics_, read.texture, read.seen, texture.mutable_data_ptr<float>() + i * texels * 3);
     texel_weights_.Write(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
-                         tracked_[sample.frame].vertices_in_head, read->seen,
+                         tracked_[sample.frame].vertices_in_head, read.seen,
                          seen.mutable_data_ptr<float>() + i * texels);
     camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
     std::copy_n(sample.view.data(), 3, view.mutable_data_ptr<float>() + 3 * i);

@@ -1,20 +1,20 @@
 // What training reads of an unwrapped capture: the training cameras' textures of the training frames, with meshes and
-// averages, kept in memory as bytes where they fit.
+// averages, kept packed where they fit.
 
 #pragma once
 
 #include <torch/types.h>
 
-#include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "likeness/capture/capture.h"
 #include "likeness/texture/texture_set.h"
 #include "likeness/train/standardise.h"
 #include "likeness/train/texel_weights.h"
+#include "likeness/train/texture_cache.h"
 
 namespace likeness {
 
@@ -42,8 +42,12 @@ class Dataset {
 
   // Reads meshes and statistics now, textures when they are first needed. Throws Error when nothing is left to train
   // on, or when a file is absent or wrong. Capture and textures are borrowed.
+  //   cache_bytes   of memory for textures
+  //   cache_folder  for those that it does not hold; empty: they are read again
   Dataset(const Capture& capture, const TextureSet& textures, size_t cache_bytes,
-          TexelWeighting weighting = TexelWeighting::kAll);
+          TexelWeighting weighting = TexelWeighting::kAll, const std::filesystem::path& cache_folder = {});
+  Dataset(const Dataset&) = delete;
+  Dataset& operator=(const Dataset&) = delete;
 
   int size() const { return textures_.size(); }
   int cameras() const { return static_cast<int>(training_cameras_.size()); }  // for training
@@ -52,6 +56,7 @@ class Dataset {
   // Indices into samples(), for every frame.
   const std::vector<std::vector<int>>& samples_of_frame() const { return samples_of_frame_; }
   const Statistics& statistics() const { return statistics_; }
+  const TextureCache& cache() const { return *cache_; }
 
   // The samples' batch. `samples` come in groups of `views` that share a frame. Safe from several threads.
   Batch Read(const std::vector<int>& samples, int views) const;
@@ -64,13 +69,8 @@ class Dataset {
     ImageU8 texture;
     ImageU8 seen;
   };
-  // A texture read once; empty while it was not, or when it does not fit the cache.
-  struct Slot {
-    std::once_flag once;
-    std::shared_ptr<const Texels> texels;
-  };
-  std::shared_ptr<const Texels> ReadTexels(int slot) const;
-  std::shared_ptr<const Texels> LoadTexels(int slot) const;
+  Texels ReadTexels(int slot) const;
+  PackedTexture LoadTexels(int slot) const;
 
   const TextureSet& textures_;
   std::vector<FrameId> frames_;
@@ -80,9 +80,7 @@ class Dataset {
   std::vector<Sample> samples_;
   std::vector<std::vector<int>> samples_of_frame_;
   Statistics statistics_;
-  size_t cache_slots_ = 0;
-  mutable std::atomic<size_t> used_slots_ = 0;
-  mutable std::vector<Slot> slots_;  // samples, then the frames' averages
+  std::unique_ptr<TextureCache> cache_;  // samples, then the frames' averages
 };
 
 // The order in which training sees the samples: a function of seed and position alone, so that a run can be taken up

@@ -202,8 +202,8 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
   const auto capture = OpenCapture(options.capture, options.capture_options);
   const TextureSet textures(*capture, options.size > 0 ? options.size : LargestSize(options.capture));
   const Architecture architecture = ArchitectureFrom(options, textures.size(), capture->topology().vertex_count);
-  const Dataset dataset(*capture, textures, static_cast<size_t>(options.cache_mb) << 20,
-                        ParseTexelWeighting(options.texels));
+  const Dataset dataset(*capture, textures, options.CacheBytes(), ParseTexelWeighting(options.texels),
+                        options.cache_dir);
   LogInfo("train on {} textures of {} frames, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
           dataset.frames().size(), dataset.size(), dataset.size(),
           static_cast<double>(ParameterCount(architecture)) * 1e-6);
@@ -291,6 +291,9 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
       }
     }
     result.waiting = loader.waited_s() / std::max(1e-9, run.elapsed_s - earlier_s);
+    result.cache_bytes = dataset.cache().memory_bytes();
+    result.cache_file_bytes = dataset.cache().file_bytes();
+    result.textures_made = dataset.cache().made();
   }
 
   result.iterations = run.iteration;
