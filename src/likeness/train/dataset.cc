@@ -19,14 +19,15 @@ void Shuffle(std::vector<T>& values, Random& random) {
 }  // namespace
 
 Dataset::Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
-                 TexelWeighting weighting)
+                 TexelWeighting weighting, const std::filesystem::path& cache_folder)
     : people_(std::move(people)),
       texel_weights_(people_.at(0)->capture().topology(), people_.front()->size(), weighting) {
   for (int i = 0; i < this->people(); ++i) AddPerson(i);
   ReadStatistics();
   ReadConditions(conditions);
-  cache_slots_ = cache_bytes / (static_cast<size_t>(size()) * size() * 4);
-  slots_ = std::vector<Slot>(samples_.size() + frames_.size());
+  cache_ = std::make_unique<TextureCache>(
+      static_cast<int>(samples_.size() + frames_.size()), [this](int slot) { return LoadTexels(slot); }, cache_bytes,
+      cache_folder);
 }
 
 void Dataset::AddPerson(int identity) {
@@ -113,25 +114,21 @@ void Dataset::ReadConditions(const std::vector<std::string>& names) {
   }
 }
 
-std::shared_ptr<const Dataset::Texels> Dataset::LoadTexels(int slot) const {
-  auto texels = std::make_shared<Texels>();
-  if (slot < static_cast<int>(samples_.size())) {
-    const Sample& sample = samples_[slot];
-    const TextureSet& textures = *people_[identities_[sample.frame]];
-    texels->texture = textures.ReadTexture(frames_[sample.frame], sample.camera);
-    texels->seen = textures.ReadMask(frames_[sample.frame], sample.camera, texels->texture);
-  } else {
+PackedTexture Dataset::LoadTexels(int slot) const {
+  if (slot >= static_cast<int>(samples_.size())) {
     const size_t frame = slot - samples_.size();
-    texels->texture = people_[identities_[frame]]->ReadAverage(frames_[frame]);
+    return {people_[identities_[frame]]->ReadAverage(frames_[frame]), {}};
   }
-  return texels;
+  const Sample& sample = samples_[slot];
+  const TextureSet& textures = *people_[identities_[sample.frame]];
+  const ImageU8 texture = textures.ReadTexture(frames_[sample.frame], sample.camera);
+  return {texture, textures.ReadMask(frames_[sample.frame], sample.camera, texture)};
 }
 
-std::shared_ptr<const Dataset::Texels> Dataset::ReadTexels(int slot) const {
-  std::call_once(slots_[slot].once, [&] {
-    if (used_slots_++ < cache_slots_) slots_[slot].texels = LoadTexels(slot);
-  });
-  return slots_[slot].texels ? slots_[slot].texels : LoadTexels(slot);
+Dataset::Texels Dataset::ReadTexels(int slot) const {
+  Texels texels;
+  cache_->Get(slot)->Unpack(size(), &texels.texture, &texels.seen);
+  return texels;
 }
 
 Batch Dataset::ReadFrames(int begin, int end) const {
@@ -141,9 +138,9 @@ Batch Dataset::ReadFrames(int begin, int end) const {
   const torch::Tensor identity = torch::empty({count}, torch::kInt64), named = torch::empty({count, values});
   for (int64_t i = 0; i < count; ++i) {
     const int frame = begin + static_cast<int>(i);
-    const auto texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
+    const Texels texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
     const Statistics& own = statistics_[identities_[frame]];
-    StandardiseTexture(own, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
+    StandardiseTexture(own, texels.texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
     StandardiseVertices(own, tracked_[frame].vertices_in_head, vertices.mutable_data_ptr<float>() + i * coordinates);
     identity.mutable_data_ptr<int64_t>()[i] = identities_[frame];
     for (int64_t v = 0; v < values; ++v) {
@@ -175,11 +172,11 @@ Batch Dataset::Read(const std::vector<int>& samples, int views) const {
       named.push_back(frame.named);
     }
     LIKENESS_CHECK(sample.frame == samples_[samples[i - i % views]].frame);
-    const auto read = ReadTexels(samples[i]);
+    const Texels read = ReadTexels(samples[i]);
     const Statistics& own = statistics_[identities_[sample.frame]];
-    StandardiseTexture(own, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
+    StandardiseTexture(own, read.texture, read.seen, texture.mutable_data_ptr<float>() + i * texels * 3);
     texel_weights_.Write(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
-                         tracked_[sample.frame].vertices_in_head, read->seen,
+                         tracked_[sample.frame].vertices_in_head, read.seen,
                          seen.mutable_data_ptr<float>() + i * texels);
     camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
     std::copy_n(sample.view.data(), 3, view.mutable_data_ptr<float>() + 3 * i);

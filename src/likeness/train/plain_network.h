@@ -152,7 +152,7 @@ struct PlainNetwork {
     if (architecture.model == ModelKind::kBilinear) {
       Values products;
       for (const double v : view) {
-        for (const double z : code) products.push_back(v * z);
+        for (const double state : code) products.push_back(v * state);
       }
       return Interleaved(Apply("decoder.texture_fc", products, 1), true);
     }
