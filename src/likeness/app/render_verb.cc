@@ -91,7 +91,7 @@ struct Shot {
   RigidTransform world_from_head;
 };
 
-Shot PortraitShot(const Arguments& a, const Avatar& avatar) {
+Shot PortraitShot(const Arguments& a, const Avatar& avatar, int identity) {
   PortraitOptions options;
   ParseView(a.view, &options.azimuth_deg, &options.elevation_deg);
   options.width = a.width > 0 ? a.width : 768;

@@ -343,7 +343,7 @@ class PartsTest : public EvaluateTest {
     const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
       ++encoded_;
       const auto index = std::find(frames_.begin(), frames_.end(), frame) - frames_.begin();
-      return std::vector<float>{static_cast<float>(index)};
+      return EncodedFrame{{static_cast<float>(index)}};
     };
     return EvaluateTogether(*capture_, encode, teller_, options_, nullptr, scratch_ / "parts", avatar, shard);
   }
@@ -430,7 +430,7 @@ TEST_F(EvaluateTest, VideoHasEveryFrameInOrder) {
   std::filesystem::permissions(scratch_ / "bin" / "ffmpeg", std::filesystem::perms::owner_all);
   setenv("PATH", ((scratch_ / "bin").string() + ":" + path).c_str(), 1);
   const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
-    return std::vector<float>{static_cast<float>(std::find(frames_.begin(), frames_.end(), frame) - frames_.begin())};
+    return EncodedFrame{{static_cast<float>(std::find(frames_.begin(), frames_.end(), frame) - frames_.begin())}};
   };
   Teller teller = MakeTeller();
   teller.texture_offset = [](size_t, const auto&) { return 6.0f; };

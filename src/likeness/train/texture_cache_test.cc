@@ -100,8 +100,12 @@ TEST_F(TextureCacheTest, MemoryStaysInItsBounds) {
     EXPECT_LE(cache.memory_bytes(), budget);
     EXPECT_GE(cache.memory_bytes() + 3 * kSize * kSize, budget);
     EXPECT_EQ(cache.file_bytes(), 0u);
-    if (share == 1) EXPECT_EQ(cache.made(), kCount);
-    if (share == 0) EXPECT_EQ(cache.made(), 4 * 2 * kCount);
+    if (share == 1) {
+      EXPECT_EQ(cache.made(), kCount);
+    }
+    if (share == 0) {
+      EXPECT_EQ(cache.made(), 4 * 2 * kCount);
+    }
   }
 }
 
