@@ -78,20 +78,26 @@ class Dataset {
 
   const TextureCache& cache() const { return *cache_; }
 
-  // The samples' batch. `samples` come in groups of `views` that share a frame. Safe from several threads.
-  Batch Read(const std::vector<int>& samples, int views) const;
+  // What a batch is made of, as it lies in the cache.
+  struct Fetched {
+    std::vector<int> samples;
+    std::vector<std::shared_ptr<const PackedTexture>> textures;  // of the samples
+    std::vector<int> frames;
+    std::vector<std::shared_ptr<const PackedTexture>> averages;  // of the frames
+  };
+  // The slow part where textures must be read and decoded. `samples` come in groups of `views` that share a frame. Safe
+  // from several threads.
+  Fetched Fetch(const std::vector<int>& samples, int views) const;
+  // The quick part, on all of LibTorch's threads.
+  Batch Standardise(const Fetched& fetched) const;
+  Batch Read(const std::vector<int>& samples, int views) const { return Standardise(Fetch(samples, views)); }
 
   // What it takes to encode frames [begin, end), without textures and views.
   Batch ReadFrames(int begin, int end) const;
 
  private:
-  struct Texels {
-    ImageU8 texture;
-    ImageU8 seen;
-  };
-  Texels ReadTexels(int slot) const;
   PackedTexture LoadTexels(int slot) const;
-
+  void FetchAverages(Fetched* fetched) const;
   void AddPerson(int identity);
   void ReadStatistics();
   void ReadConditions(const std::vector<std::string>& names);
