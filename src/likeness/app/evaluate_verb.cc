@@ -170,7 +170,8 @@ int RunEvaluate(int argc, const char* const* argv) {
   if (a.parts.empty()) {
     result = Evaluate(*capture, encode, *model, a.options, &textures);
   } else {
-    const std::string name = fmt::format("{:016x}", Hash(ReadFile(avatar_file)));
+    const std::string name =
+        fmt::format("{:016x} {} {}", Hash(ReadFile(avatar_file)), identity, a.performer.lexically_normal().string());
     SharedEvaluation shared = EvaluateTogether(*capture, encode, *model, a.options, &textures, a.parts, name, shard);
     if (!shared.result) {
       LogInfo(
