@@ -76,10 +76,10 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("upsampling", upsampling);
   add("residual", residual);
   add("geometry", geometry);
-  add("people", fmt::join(PeopleNames(), " "));
+  add("people", fmt::format("{}", fmt::join(PeopleNames(), " ")));
   add("identity", identity);
   add("identity-size", identity_size);
-  add("conditions", fmt::join(conditions, " "));
+  add("conditions", fmt::format("{}", fmt::join(conditions, " ")));
   add("colours", colours);
   add("colour-rate", colour_rate);
   add("iterations", iterations);
