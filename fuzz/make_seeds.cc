@@ -25,7 +25,9 @@
 #include "likeness/simulate/glb/gltf_test_file.h"
 #include "likeness/simulate/head.h"
 #include "likeness/simulate/human/recipe.h"
+#include "likeness/texture/texture_sums.h"
 #include "likeness/texture/unwrap_record.h"
+#include "likeness/train/evaluation_part_file.h"
 
 namespace likeness {
 namespace {
@@ -222,6 +224,12 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("live_link", "midnight", LiveLink());
   seed("run_record", "log", "iteration,elapsed_s,loss,texture,geometry,kl,skipped\n100,2.50,0.91,0.5,0.4,1.2e-3,0\n");
   seed("run_record", "stages", "stage,seconds\nsimulate,12.5\nunwrap,3\n");
+  TextureSums sums(2);
+  sums.Add({ImageU8(2, 2, 3, 9), ImageU8(2, 2, 1, 255)});
+  seed("texture_sums", "sums", sums.Bytes());
+  ImageMeasurement measurement;
+  measurement.error = {12.5, 300};
+  seed("evaluation_part", "part", PartText({std::nullopt, measurement, measurement}));
   seed("unwrap_record", "record", UnwrapRecordText({80, true, {"01", "02"}, "0123456789abcdef"}));
 
   seed("recipe", "person", RecipeText(RecipeFromSeed(1)));

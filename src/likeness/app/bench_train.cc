@@ -34,7 +34,9 @@ Command Describe(Arguments& arguments) {
   command.Option("steps", &arguments.options.steps, "to measure, after two that warm up");
   command.Option("layers", &arguments.options.layers, "time each layer on its own, too");
   command.Option("workers", &o.workers, "threads that read textures ahead");
-  command.Option("cache-mb", &o.cache_mb, "memory for textures; the others are read again when needed");
+  command.Option("cache-mb", &o.cache_mb, "memory for textures, packed; the others are read again when needed");
+  command.Option("cache-dir", &o.cache_dir,
+                 "folder for a file of the textures that --cache-mb does not hold; it goes with the run");
   command.Option("seed", &o.seed, "of weights and order");
   AddCaptureFlags(&command, &o.capture_options);
   command.Option("json", &arguments.json, "write the results as JSON");

@@ -127,7 +127,7 @@ TEST_F(EndToEndTest, FromNothingToAnAvatar) {
   // An avatar that learnt nothing shows the mean texture on the mean mesh.
   const TextureSet textures(*opened, 128);
   const MeanDecoder mean(textures.ReadStatistics());
-  const auto no_code = [](const FrameId&, const TrackedFrame&) { return std::vector<float>(); };
+  const auto no_code = [](const FrameId&, const TrackedFrame&) { return EncodedFrame(); };
   const EvaluationResult learnt_nothing = Evaluate(*opened, no_code, mean, {});
   for (const GroupResult& nothing : learnt_nothing.groups) {
     const std::string group = ToString(nothing.group);

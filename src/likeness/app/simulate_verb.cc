@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "likeness/app/command.h"
+#include "likeness/app/shard_flag.h"
 #include "likeness/app/verbs.h"
 #include "likeness/base/file.h"
 #include "likeness/simulate/people.h"
@@ -16,7 +16,7 @@ struct Words {
   std::string preset = "demo";
   std::string shading = "full";
   std::string script;
-  std::string shard = "1/1";
+  std::string shard;
   int people = 1;
   bool json = false;
 };
@@ -34,7 +34,7 @@ Command MakeCommand(SimulateOptions* options, Words* words) {
   command.Option(
       "people", &words->people,
       "2 to 64: as many captures OUT/person_1 ... of different people who do the same; --head's seed chooses");
-  command.Option("shard", &words->shard, "i/n: makes only the i-th of n parts of the frames, for n processes");
+  AddShardFlag(&command, &words->shard, "makes only the i-th of n parts of the frames");
   command.Option("performance", &options->performance,
                  "Live Link Face recording (CSV) to perform; else a built-in one");
   command.Choice("script", &words->script, {"short", "full"},
@@ -67,14 +67,6 @@ Command MakeCommand(SimulateOptions* options, Words* words) {
   return command;
 }
 
-void ParseShard(const std::string& text, SimulateOptions* options) {
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%d/%d%n", &options->shard, &options->shards, &used) != 2 ||
-      used != static_cast<int>(text.size()) || options->shard < 1 || options->shard > options->shards) {
-    throw UsageError(fmt::format("--shard {}: expected i/n with i from 1 to n, such as 2/8", text));
-  }
-}
-
 nlohmann::json ToJson(const std::filesystem::path& capture, const SimulateResult& result) {
   return {{"capture", capture.string()},
           {"cameras", result.cameras},
@@ -104,8 +96,9 @@ int RunSimulate(int argc, const char* const* argv) {
   command.Parse(argc, argv);
   options.render.shading = words.shading == "full" ? Shading::kFull : Shading::kAlbedo;
   options.script = words.script == "full" ? Script::kFull : Script::kShort;
-  ParseShard(words.shard, &options);
-  words.shard = "1/1";  // all shards write the same
+  const Shard shard = TakeShard(&words.shard);
+  options.shard = shard.index;
+  options.shards = shard.count;
 
   if (words.people == 1) {
     const SimulateResult result = Simulate(options);

@@ -72,7 +72,9 @@ Command Describe(Arguments& arguments) {
   command.Option("keep", &o.keep, "checkpoints that stay");
   command.Option("log-every", &o.log_every, "iterations between rows of log.csv");
   command.Option("workers", &o.workers, "threads that read textures ahead");
-  command.Option("cache-mb", &o.cache_mb, "memory for textures; the others are read again when needed");
+  command.Option("cache-mb", &o.cache_mb, "memory for textures, packed; the others are read again when needed");
+  command.Option("cache-dir", &o.cache_dir,
+                 "folder for a file of the textures that --cache-mb does not hold; it goes with the run");
   command.Option("peer-timeout", &o.peer_timeout_s, "seconds until a process that does not answer ends the others");
   command.Option("resume", &o.resume, "go on from OUT's newest checkpoint");
   AddCaptureFlags(&command, &o.capture_options);
@@ -90,6 +92,8 @@ void PrintSummary(const TrainOptions& options, const TrainResult& result, bool j
                                             {"elapsed_s", result.elapsed_s},
                                             {"samples_per_s", result.samples_per_s},
                                             {"waiting", result.waiting},
+                                            {"cache_mb", static_cast<double>(result.cache_bytes) / (1 << 20)},
+                                            {"cache_file_mb", static_cast<double>(result.cache_file_bytes) / (1 << 20)},
                                             {"loss", result.loss},
                                             {"loss_texture", result.loss_texture},
                                             {"loss_geometry", result.loss_geometry},
@@ -100,6 +104,8 @@ void PrintSummary(const TrainOptions& options, const TrainResult& result, bool j
   fmt::print("{} iterations, {} textures in {}; {:.1f} textures/s, {:.1f}% of the time waiting for data\n",
              result.iterations, result.samples, FormatDuration(result.elapsed_s), result.samples_per_s,
              100 * result.waiting);
+  if (result.waiting > 0.05)
+    fmt::print("more --workers, a larger --cache-mb or a --cache-dir would shorten the waiting\n");
   fmt::print("loss {:.5f}: texture {:.5f}, geometry {:.5f}, KL {:.4f}\n", result.loss, result.loss_texture,
              result.loss_geometry, result.loss_kl);
   if (result.skipped > 0) fmt::print("{} steps were skipped as a value was not finite\n", result.skipped);

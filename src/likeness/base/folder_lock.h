@@ -7,10 +7,11 @@
 namespace likeness {
 
 // Holds FOLDER/.lock, made with the folder where absent, until destroyed or until the process ends in whatever way.
-// Throws Error when another process holds it.
+// When another process holds it, throws Error or waits until it does not.
 class FolderLock {
  public:
-  explicit FolderLock(const std::filesystem::path& folder);
+  enum class Held { kThrow, kWait };
+  explicit FolderLock(const std::filesystem::path& folder, Held held = Held::kThrow);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;

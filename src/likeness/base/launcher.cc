@@ -25,20 +25,28 @@ int Number(const char* name, int least, int most) {
   return value;
 }
 
+// Rank and count alone; false where no launcher speaks.
+bool ReadRank(bool slurm, Launcher* launcher) {
+  constexpr int kMostProcesses = 1 << 20;
+  const bool torchrun = !Variable("WORLD_SIZE").empty() || !Variable("RANK").empty();
+  if (!torchrun && !slurm) return false;
+  launcher->count = Number(torchrun ? "WORLD_SIZE" : "SLURM_NTASKS", 1, kMostProcesses);
+  launcher->rank = Number(torchrun ? "RANK" : "SLURM_PROCID", 0, launcher->count - 1);
+  const char* local = torchrun ? "LOCAL_RANK" : "SLURM_LOCALID";
+  if (!Variable(local).empty()) launcher->local_rank = Number(local, 0, kMostProcesses);
+  return true;
+}
+
+// A batch script has the other variables too, but is no step of its own.
+bool IsSlurmStep() {
+  return !Variable("SLURM_STEP_ID").empty() && !Variable("SLURM_PROCID").empty() && !Variable("SLURM_NTASKS").empty();
+}
+
 }  // namespace
 
 Launcher ReadLauncher() {
-  constexpr int kMostProcesses = 1 << 20;
-  const bool torchrun = !Variable("WORLD_SIZE").empty() || !Variable("RANK").empty();
-  // A batch script has the other variables too, but is no step of its own.
-  const bool slurm = !Variable("SLURM_STEP_ID").empty() && !Variable("SLURM_PROCID").empty() &&
-                     !Variable("SLURM_NTASKS").empty() && !Variable("MASTER_ADDR").empty();
   Launcher launcher;
-  if (!torchrun && !slurm) return launcher;
-  launcher.count = Number(torchrun ? "WORLD_SIZE" : "SLURM_NTASKS", 1, kMostProcesses);
-  launcher.rank = Number(torchrun ? "RANK" : "SLURM_PROCID", 0, launcher.count - 1);
-  const char* local = torchrun ? "LOCAL_RANK" : "SLURM_LOCALID";
-  if (!Variable(local).empty()) launcher.local_rank = Number(local, 0, kMostProcesses);
+  if (!ReadRank(IsSlurmStep() && !Variable("MASTER_ADDR").empty(), &launcher)) return launcher;
   if (launcher.count == 1) return launcher;
   launcher.address = Variable("MASTER_ADDR");
   if (launcher.address.empty()) {
@@ -48,6 +56,12 @@ Launcher ReadLauncher() {
   launcher.port = Number("MASTER_PORT", 1, 65535);
   launcher.has_store = Variable("TORCHELASTIC_USE_AGENT_STORE") == "True";
   return launcher;
+}
+
+Shard ReadLauncherShard() {
+  Launcher launcher;
+  ReadRank(IsSlurmStep(), &launcher);
+  return {launcher.rank + 1, launcher.count};
 }
 
 }  // namespace likeness

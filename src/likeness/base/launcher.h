@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace likeness {
@@ -19,5 +20,17 @@ struct Launcher {
 // stand in for the first three where MASTER_ADDR is set. One process when nothing is set. Throws Error, naming the
 // variable, for half of it and for numbers that make no sense.
 Launcher ReadLauncher();
+
+// One of several parts of a list of frames: the items index - 1, index - 1 + count, ...
+struct Shard {
+  int index = 1;  // 1 ... count
+  int count = 1;
+
+  bool Has(int64_t item) const { return item % count == index - 1; }
+};
+
+// The part of this process, for work whose processes need not talk to each other: as ReadLauncher, but MASTER_ADDR and
+// MASTER_PORT may be absent, under `srun` too.
+Shard ReadLauncherShard();
 
 }  // namespace likeness

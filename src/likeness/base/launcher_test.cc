@@ -74,6 +74,22 @@ TEST_F(LauncherTest, SlurmStepsButNotBatchScripts) {
   EXPECT_EQ(ReadLauncher().count, 1);
 }
 
+TEST_F(LauncherTest, ShardsNeedNoAddress) {
+  EXPECT_EQ(ReadLauncherShard().count, 1);
+  Set({{"RANK", "2"}, {"WORLD_SIZE", "5"}});
+  EXPECT_EQ(ReadLauncherShard().index, 3);
+  EXPECT_EQ(ReadLauncherShard().count, 5);
+  Set({{"SLURM_PROCID", "1"}, {"SLURM_NTASKS", "4"}});
+  EXPECT_EQ(ReadLauncherShard().count, 1) << "a batch script, not a step";
+  Set({{"SLURM_PROCID", "1"}, {"SLURM_NTASKS", "4"}, {"SLURM_STEP_ID", "0"}});
+  EXPECT_EQ(ReadLauncherShard().index, 2);
+  EXPECT_EQ(ReadLauncherShard().count, 4);
+  Set({{"RANK", "5"}, {"WORLD_SIZE", "5"}});
+  EXPECT_THAT(ErrorOf(ReadLauncherShard), HasSubstr("RANK is '5'"));
+  const Shard shard = {2, 3};
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(shard.Has(i), i % 3 == 1);
+}
+
 TEST_F(LauncherTest, NamesTheVariableThatIsWrong) {
   Set({{"RANK", "0"}});
   EXPECT_THAT(ErrorOf(ReadLauncher), HasSubstr("WORLD_SIZE"));

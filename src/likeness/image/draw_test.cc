@@ -156,8 +156,8 @@ TEST(PanelsTest, HeatGrowsLighterWithTheDifference) {
   EXPECT_EQ(HeatColour(-1), HeatColour(0));
   EXPECT_EQ(HeatColour(7), HeatColour(1));
   ImageU8 a(2, 1, 3), b(2, 1, 3);
-  b.at(1, 0)[0] = 30;  // a mean difference of 10
-  const ImageU8 heat = DifferenceHeat(a, b, 20);
+  b.at(1, 0)[0] = 30;  // a mean squared difference of 300
+  const ImageU8 heat = SquaredDifferenceHeat(a, b, 600);
   const Colour half = HeatColour(0.5f);
   EXPECT_TRUE(std::equal(half.begin(), half.end(), heat.at(1, 0)));
   EXPECT_LT(Sum(heat), 3 * 255);

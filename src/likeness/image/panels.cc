@@ -66,13 +66,16 @@ Colour HeatColour(float t) {
   return colour;
 }
 
-ImageU8 DifferenceHeat(const ImageU8& a, const ImageU8& b, float full_scale) {
+ImageU8 SquaredDifferenceHeat(const ImageU8& a, const ImageU8& b, float full_scale) {
   LIKENESS_CHECK(a.SameShape(b) && full_scale > 0);
   ImageU8 heat(a.width(), a.height(), 3);
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
       int sum = 0;
-      for (int c = 0; c < a.channels(); ++c) sum += std::abs(int{a.at(x, y)[c]} - int{b.at(x, y)[c]});
+      for (int c = 0; c < a.channels(); ++c) {
+        const int difference = int{a.at(x, y)[c]} - int{b.at(x, y)[c]};
+        sum += difference * difference;
+      }
       const Colour colour = HeatColour(static_cast<float>(sum) / (static_cast<float>(a.channels()) * full_scale));
       std::copy(colour.begin(), colour.end(), heat.at(x, y));
     }
@@ -82,7 +85,7 @@ ImageU8 DifferenceHeat(const ImageU8& a, const ImageU8& b, float full_scale) {
 
 ImageU8 HeatLegend(int width, float full_scale) {
   constexpr int kBarHeight = 8, kGap = 4;
-  const std::string low = "0", high = fmt::format("{:g} of 255 and more", full_scale);
+  const std::string low = "0", high = fmt::format("{:g} and more", full_scale);
   ImageU8 legend(width, kBarHeight + kGap + kLabelHeight, 3);
   FillRectangle(&legend, 0, 0, width, legend.height(), kGround);
   for (int x = 0; x < width; ++x) {

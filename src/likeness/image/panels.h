@@ -1,4 +1,4 @@
-// Pictures side by side, and the difference of two as a heat map.
+// Pictures side by side, and the squared difference of two as a heat map.
 
 #pragma once
 
@@ -26,10 +26,10 @@ ImageU8 Stacked(const std::vector<ImageU8>& rows);
 // Black over violet, red and orange to pale yellow, lighter with every step; t is clamped to 0 ... 1.
 Colour HeatColour(float t);
 
-// Heat colours of the mean absolute difference over the channels; `full_scale` (0 ... 255 units) is the brightest.
-ImageU8 DifferenceHeat(const ImageU8& a, const ImageU8& b, float full_scale);
+// Heat colours of the mean squared difference over the channels; `full_scale` (0 ... 255, squared) is the brightest.
+ImageU8 SquaredDifferenceHeat(const ImageU8& a, const ImageU8& b, float full_scale);
 
-// A bar of the colours with what they mean, for beneath a heat map.
+// A bar of the colours with what they mean, from 0 to `full_scale` and more, for beneath a heat map.
 ImageU8 HeatLegend(int width, float full_scale);
 
 }  // namespace likeness

@@ -1,7 +1,9 @@
 #include "likeness/texture/texture_sums.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "likeness/base/error.h"
 
@@ -43,6 +45,20 @@ void FillGaps(ImageF* colours, ImageF* weights) {
       }
     }
   }
+}
+
+constexpr std::string_view kMagic = "likeness texture sums 1\n";
+static_assert(std::endian::native == std::endian::little);
+
+template <typename T>
+void Append(std::string* bytes, const T* values, size_t count) {
+  bytes->append(reinterpret_cast<const char*>(values), count * sizeof(T));
+}
+
+template <typename T>
+void Take(std::string_view* bytes, T* values, size_t count) {
+  std::memcpy(values, bytes->data(), count * sizeof(T));
+  bytes->remove_prefix(count * sizeof(T));
 }
 
 }  // namespace
@@ -109,6 +125,39 @@ double TextureSums::Variance() const {
     count += n;
   }
   return count > 0 ? std::max(0.0, static_cast<double>(squares_) - of_means) / count : 0;
+}
+
+std::string TextureSums::Bytes() const {
+  std::string bytes(kMagic);
+  Append(&bytes, &views_, 1);
+  Append(&bytes, &squares_, 1);
+  Append(&bytes, counts_.data(), counts_.size());
+  Append(&bytes, colours_.data(), colours_.size());
+  return bytes;
+}
+
+TextureSums TextureSums::Parse(const std::filesystem::path& path_for_errors, std::string_view bytes, int size) {
+  TextureSums sums(size);
+  const size_t expected = kMagic.size() + 16 + 4 * (sums.counts_.size() + sums.colours_.size());
+  if (bytes.size() != expected || !bytes.starts_with(kMagic)) {
+    throw FileError(path_for_errors, fmt::format("is no sum of textures of {} x {} texels", size, size));
+  }
+  bytes.remove_prefix(kMagic.size());
+  Take(&bytes, &sums.views_, 1);
+  Take(&bytes, &sums.squares_, 1);
+  Take(&bytes, sums.counts_.data(), sums.counts_.size());
+  Take(&bytes, sums.colours_.data(), sums.colours_.size());
+  bool sound = sums.views_ >= 0;
+  uint64_t of_colours = 0;
+  for (size_t i = 0; i < sums.colours_.size(); ++i) {
+    const uint64_t count = sums.counts_[i / 3], colour = sums.colours_[i];
+    sound = sound && count <= static_cast<uint64_t>(sums.views_) && colour <= 255 * count;
+    of_colours += colour;
+  }
+  if (!sound || sums.squares_ < of_colours || sums.squares_ > 255 * of_colours) {
+    throw FileError(path_for_errors, "is damaged: its sums do not fit its counts");
+  }
+  return sums;
 }
 
 void VertexSums::Add(const Vertices& vertices) {

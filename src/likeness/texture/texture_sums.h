@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "likeness/geometry/mesh.h"
@@ -30,6 +32,11 @@ class TextureSums {
 
   // Mean squared distance of all seen texels and channels from the (unrounded) average, 0 ... 255 squared.
   double Variance() const;
+
+  // A file's bytes, for sums that processes share: a line of text, then little-endian numbers.
+  std::string Bytes() const;
+  // Throws Error naming the file for anything that Bytes() of sums of this size would not have given.
+  static TextureSums Parse(const std::filesystem::path& path_for_errors, std::string_view bytes, int size);
 
  private:
   int size_ = 0;

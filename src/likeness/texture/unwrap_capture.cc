@@ -8,6 +8,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/folder_lock.h"
 #include "likeness/base/interrupt.h"
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
@@ -45,7 +46,8 @@ class UnwrapState {
       RemoveFolder(folder);
       RemoveFolder(layout_.TextureMaskFolder(size_));
     }
-    if (!ListFolder(folder).empty()) {
+    const std::vector<std::string> names = ListFolder(folder);
+    if (std::any_of(names.begin(), names.end(), [](const std::string& name) { return !name.starts_with('.'); })) {
       if (!Exists(path_)) {
         throw FileError(folder, "holds textures that another program made; --redo replaces them, --size avoids them");
       }
@@ -53,6 +55,9 @@ class UnwrapState {
     }
     WriteFile(path_, UnwrapRecordText(wanted_));
   }
+
+  // Learns what other processes have done since.
+  void Refresh() { wanted_.statistics = ReadRecord().statistics; }
 
   // The statistics that the folder holds were made from what this key stands for.
   bool HasStatistics(const std::string& key) const { return wanted_.statistics == key; }
@@ -94,9 +99,10 @@ class UnwrapState {
 
 class CaptureUnwrapper {
  public:
-  CaptureUnwrapper(const Capture& capture, const UnwrapOptions& options)
+  CaptureUnwrapper(const Capture& capture, const UnwrapOptions& options, const Shard& shard)
       : capture_(capture),
         options_(options),
+        shard_(shard),
         layout_(capture.root()),
         state_(capture, options),
         texels_(MapTexels(capture.topology(), options.size)),
@@ -107,16 +113,21 @@ class CaptureUnwrapper {
 
   UnwrapReport Run() {
     FindViews();
-    state_.Prepare(options_.redo);
+    {
+      const std::optional<FolderLock> lock = LockFolder();
+      state_.Prepare(options_.redo);
+    }
+    for (size_t i = 0; i < frames_.size(); ++i) {
+      if (shard_.Has(static_cast<int64_t>(i))) mine_.push_back(&frames_[i]);
+    }
     MarkDone();
-    const std::string key = StatisticsKey();
-    needs_statistics_ = !state_.HasStatistics(key) || !Exists(Statistics().TextureMean());
+    needs_total_ = NeedsStatistics() && !(shard_.count > 1 && Exists(SumsPath(shard_.index)));
 
     int64_t views = 0;
-    for (const Frame& frame : frames_) views += static_cast<int64_t>(frame.views.size());
+    for (const Frame* frame : mine_) views += static_cast<int64_t>(frame->views.size());
     Progress progress(fmt::format("unwrap {} x {}", options_.size, options_.size), views, "views");
-    const auto run_frame = [&](int64_t i) { RunFrame(frames_[static_cast<size_t>(i)], &progress); };
-    const auto count = static_cast<int64_t>(frames_.size());
+    const auto run_frame = [&](int64_t i) { RunFrame(*mine_[static_cast<size_t>(i)], &progress); };
+    const auto count = static_cast<int64_t>(mine_.size());
     // Frames side by side while there are enough of them; otherwise the cameras of one.
     if (count >= 2 * ThreadCount()) {
       ParallelFor(count, run_frame);
@@ -133,14 +144,16 @@ class CaptureUnwrapper {
     report.views = done_;
     report.views_kept = kept_;
     report.views_absent = absent_;
-    if (needs_statistics_) {
+    report.training_views = training_views_;
+    if (shard_.count > 1) {
+      report.shards_missing = JoinShards();
+      if (!report.shards_missing.empty()) return report;
+    } else if (needs_total_) {
       WriteStatistics();
-      state_.SetStatistics(key);
     }
     const TextureStatistics statistics = TextureSet(capture_, options_.size).ReadStatistics();
     report.texture_variance = statistics.variance;
     report.vertex_variance = statistics.vertex_variance;
-    report.training_views = training_views_;
     return report;
   }
 
@@ -158,6 +171,47 @@ class CaptureUnwrapper {
   };
 
   CaptureLayout Statistics() const { return CaptureLayout(layout_.TextureFolder(options_.size)); }
+  fs::path SumsFolder() const { return layout_.TextureFolder(options_.size) / ".sums"; }
+
+  // Where a shard leaves its sums. The name says what they are of, so a file of this name is never out of date.
+  fs::path SumsPath(int index) const {
+    return SumsFolder() / fmt::format("{}-of-{}-{}", index, shard_.count, StatisticsKey({index, shard_.count}));
+  }
+
+  bool NeedsStatistics() const {
+    return !state_.HasStatistics(StatisticsKey({})) || !Exists(Statistics().TextureMean());
+  }
+
+  // Shards change what they share one after another.
+  std::optional<FolderLock> LockFolder() const {
+    if (shard_.count == 1) return std::nullopt;
+    return std::optional<FolderLock>(std::in_place, layout_.TextureFolder(options_.size), FolderLock::Held::kWait);
+  }
+
+  // Leaves this shard's sums for the last one, which writes the statistics. Returns the shards that have not finished.
+  std::vector<int> JoinShards() {
+    if (needs_total_) WriteFile(SumsPath(shard_.index), total_.Bytes());
+    const std::optional<FolderLock> lock = LockFolder();
+    state_.Refresh();
+    std::vector<int> missing;
+    if (!NeedsStatistics()) return missing;
+    for (int index = 1; index <= shard_.count; ++index) {
+      if (!Exists(SumsPath(index))) missing.push_back(index);
+    }
+    if (!missing.empty()) return missing;
+    total_ = TextureSums(options_.size);
+    for (int index = 1; index <= shard_.count; ++index) {
+      const fs::path path = SumsPath(index);
+      try {
+        total_.Add(TextureSums::Parse(path, ReadFile(path), options_.size));
+      } catch (const Error& error) {
+        throw Error("{}; remove it and run shard {}/{} again", error.what(), index, shard_.count);
+      }
+    }
+    WriteStatistics();
+    RemoveFolder(SumsFolder());
+    return missing;
+  }
 
   void FindViews() {
     const Split& split = capture_.split();
@@ -195,8 +249,8 @@ class CaptureUnwrapper {
   }
 
   void MarkDone() {
-    ParallelFor(static_cast<int64_t>(frames_.size()), [&](int64_t i) {
-      Frame& frame = frames_[static_cast<size_t>(i)];
+    ParallelFor(static_cast<int64_t>(mine_.size()), [&](int64_t i) {
+      Frame& frame = *mine_[static_cast<size_t>(i)];
       const auto whole = [&](const std::string& name) {
         return LooksWholePng(layout_.Texture(frame.id, name, options_.size)) &&
                LooksWholePng(layout_.TextureMask(frame.id, name, options_.size));
@@ -210,11 +264,12 @@ class CaptureUnwrapper {
     });
   }
 
-  // Stands for everything that enters the statistics.
-  std::string StatisticsKey() const {
+  // Stands for everything that enters the statistics, or a shard's sums.
+  std::string StatisticsKey(const Shard& shard) const {
     std::string names;
-    for (const Frame& frame : frames_) {
-      if (!frame.training) continue;
+    for (size_t i = 0; i < frames_.size(); ++i) {
+      const Frame& frame = frames_[i];
+      if (!frame.training || !shard.Has(static_cast<int64_t>(i))) continue;
       names += frame.id.segment + '/' + frame.id.frame + ':';
       for (const View& view : frame.views) {
         if (view.training) names += view.camera->name + ' ';
@@ -248,7 +303,7 @@ class CaptureUnwrapper {
   static void Write(const fs::path& path, const ImageU8& image) { WriteFile(path, EncodePng(image, 1), Sync::kNo); }
 
   void RunFrame(const Frame& frame, Progress* progress) {
-    const bool needs_sums = !frame.done || (frame.training && needs_statistics_);
+    const bool needs_sums = !frame.done || (frame.training && needs_total_);
     const bool all_done = std::all_of(frame.views.begin(), frame.views.end(), [](const View& v) { return v.done; });
     const auto views = static_cast<int64_t>(frame.views.size());
     if (interrupt_.Requested()) return;
@@ -285,7 +340,7 @@ class CaptureUnwrapper {
     });
     if (interrupt_.Requested() || !needs_sums) return;
     if (!frame.done) Write(layout_.AverageTexture(frame.id, options_.size), sums.Average());
-    if (frame.training && needs_statistics_) {
+    if (frame.training && needs_total_) {
       const std::lock_guard lock(total_mutex_);
       total_.Add(sums);
     }
@@ -310,6 +365,7 @@ class CaptureUnwrapper {
     };
     write(Statistics());
     if (MayReplaceRootStatistics()) write(layout_);
+    state_.SetStatistics(StatisticsKey({}));
   }
 
   // Nothing may be lost, and published tools expect the largest size.
@@ -322,12 +378,14 @@ class CaptureUnwrapper {
 
   const Capture& capture_;
   const UnwrapOptions& options_;
+  const Shard shard_;
   const CaptureLayout layout_;
   UnwrapState state_;
   const TexelMap texels_;
   std::vector<Frame> frames_;
+  std::vector<Frame*> mine_;  // of this shard
   const InterruptScope interrupt_;
-  bool needs_statistics_ = true;
+  bool needs_total_ = true;
   int64_t absent_ = 0;
   int64_t training_views_ = 0;
   std::atomic<int64_t> done_ = 0, kept_ = 0;
@@ -337,9 +395,14 @@ class CaptureUnwrapper {
 
 }  // namespace
 
-UnwrapReport UnwrapCapture(const Capture& capture, const UnwrapOptions& options) {
+UnwrapReport UnwrapCapture(const Capture& capture, const UnwrapOptions& options, const Shard& shard) {
   options.Check();
-  return CaptureUnwrapper(capture, options).Run();
+  if (options.redo && shard.count > 1) {
+    const CaptureLayout layout(capture.root());
+    throw Error("--redo would remove what other shards have made: remove {} and {} before all of them start",
+                layout.TextureFolder(options.size).string(), layout.TextureMaskFolder(options.size).string());
+  }
+  return CaptureUnwrapper(capture, options, shard).Run();
 }
 
 }  // namespace likeness

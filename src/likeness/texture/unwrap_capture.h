@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
+#include "likeness/base/launcher.h"
 #include "likeness/capture/capture.h"
 #include "likeness/texture/unwrap.h"
 
@@ -14,6 +16,8 @@ struct UnwrapReport {
   int64_t views_kept = 0;      // done by an earlier run
   int64_t views_absent = 0;    // cameras without an image of a frame
   int64_t training_views = 0;  // in the statistics
+  // Shards that have not finished; while there are any, there are no statistics and the variances are 0.
+  std::vector<int> shards_missing;
   double texture_variance = 0;
   double vertex_variance = 0;
 };
@@ -29,6 +33,10 @@ struct UnwrapReport {
 // on how often it was interrupted. On Ctrl-C it ends after the views it is at, by an Error that says how to go on.
 // Also throws Error when textures of this size exist that were made with other options or by another program, unless
 // options.redo, which removes them.
-UnwrapReport UnwrapCapture(const Capture& capture, const UnwrapOptions& options);
+//
+// A shard makes its own frames' textures and averages and leaves their sums, as a file, to whichever shard is the last:
+// that one writes the statistics. All files are the same, bit for bit, for any number of shards. A shard that was
+// interrupted or lost runs again, with the same number of shards or another.
+UnwrapReport UnwrapCapture(const Capture& capture, const UnwrapOptions& options, const Shard& shard = {});
 
 }  // namespace likeness

@@ -1,5 +1,6 @@
 #include "likeness/texture/unwrap_capture.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -261,6 +262,77 @@ TEST_F(UnwrapCaptureTest, TextureSetsReadPublishedTexturesAndNameWhatIsWrong) {
   EXPECT_THAT(ErrorOf([&] { textures.ReadStatistics(); }), HasSubstr("vert_mean.bin"));
   fs::remove(layout().TextureMean());
   EXPECT_THAT(ErrorOf([&] { textures.ReadStatistics(); }), HasSubstr("likeness unwrap"));
+}
+
+TEST_F(UnwrapCaptureTest, ShardsAddUpToTheWholeBitForBit) {
+  UnwrapCapture(*capture_, options_);
+  const std::map<std::string, std::string> whole = Outputs();
+  const auto clear = [&] {
+    fs::remove_all(layout().TextureFolder(kSize));
+    fs::remove_all(layout().TextureMaskFolder(kSize));
+    fs::remove(layout().TextureMean());
+  };
+  for (const int count : {2, 3, 5}) {
+    clear();
+    for (int index = count; index >= 1; --index) {
+      SCOPED_TRACE(fmt::format("shard {} of {}", index, count));
+      EXPECT_FALSE(fs::exists(layout().TextureMean()));
+      const UnwrapReport report = UnwrapCapture(*capture_, options_, {index, count});
+      EXPECT_EQ(report.shards_missing.size(), static_cast<size_t>(index - 1));
+      EXPECT_EQ(report.texture_variance > 0, index == 1);
+      EXPECT_EQ(report.training_views, 4);
+    }
+    std::map<std::string, std::string> outputs = Outputs();
+    outputs.erase("unwrapped_uv_32/.lock");
+    EXPECT_EQ(outputs, whole);
+    // Once more: nothing is left to do.
+    const UnwrapReport again = UnwrapCapture(*capture_, options_, {1, count});
+    EXPECT_EQ(again.views, 0);
+    EXPECT_GT(again.texture_variance, 0);
+  }
+}
+
+TEST_F(UnwrapCaptureTest, AShardThatWasLostRunsAgain) {
+  UnwrapCapture(*capture_, options_, {1, 3});
+  UnwrapCapture(*capture_, options_, {2, 3});
+  // The second one loses a texture and its sums; the third one never ran.
+  fs::remove(layout().Texture(frames_[1], "cam0", kSize));
+  for (const std::string& name : ListFolder(layout().TextureFolder(kSize) / ".sums")) {
+    if (name.starts_with("2-")) fs::remove(layout().TextureFolder(kSize) / ".sums" / name);
+  }
+  EXPECT_EQ(UnwrapCapture(*capture_, options_, {3, 3}).shards_missing, std::vector<int>{2});
+  const UnwrapReport report = UnwrapCapture(*capture_, options_, {2, 3});
+  EXPECT_EQ(report.views, 1);
+  EXPECT_EQ(report.views_kept, 2);
+  EXPECT_TRUE(report.shards_missing.empty());
+  std::map<std::string, std::string> shards = Outputs();
+  shards.erase("unwrapped_uv_32/.lock");
+  options_.redo = true;
+  EXPECT_THAT(ErrorOf([&] { UnwrapCapture(*capture_, options_, {1, 2}); }), HasSubstr("--redo"));
+  UnwrapCapture(*capture_, options_);
+  EXPECT_EQ(Outputs(), shards);
+}
+
+TEST_F(UnwrapCaptureTest, ADamagedSumIsNamed) {
+  UnwrapCapture(*capture_, options_, {1, 2});
+  const fs::path folder = layout().TextureFolder(kSize) / ".sums";
+  ASSERT_EQ(ListFolder(folder).size(), 1u);
+  const fs::path path = folder / ListFolder(folder)[0];
+  const std::string bytes = ReadFile(path);
+  const TextureSums read = TextureSums::Parse(path, bytes, kSize);
+  EXPECT_EQ(read.Bytes(), bytes);
+  EXPECT_EQ(read.views(), 2);
+  EXPECT_THAT(ErrorOf([&] { TextureSums::Parse(path, bytes, 2 * kSize); }), HasSubstr("no sum of textures"));
+  for (const size_t length : {size_t{0}, size_t{10}, size_t{30}, bytes.size() - 1}) {
+    EXPECT_THAT(ErrorOf([&] { TextureSums::Parse(path, bytes.substr(0, length), kSize); }), HasSubstr(path.string()));
+  }
+  std::string wrong = bytes;
+  wrong.back() = '\x7f';
+  EXPECT_THAT(ErrorOf([&] { TextureSums::Parse(path, wrong, kSize); }), HasSubstr("damaged"));
+  WriteFile(path, bytes.substr(1));
+  EXPECT_THAT(ErrorOf([&] { UnwrapCapture(*capture_, options_, {2, 2}); }), HasSubstr("run shard 1/2 again"));
+  fs::remove(path);
+  EXPECT_EQ(UnwrapCapture(*capture_, options_, {1, 2}).shards_missing.size(), 0u);
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ TrainBenchResult BenchTrain(const TrainBenchOptions& options) {
     }
     textures.emplace(*capture, size);
     vertices = capture->topology().vertex_count;
-    dataset.emplace(*textures, static_cast<size_t>(train.cache_mb) << 20);
+    dataset.emplace(*textures, train.CacheBytes(), TexelWeighting::kAll, train.cache_dir);
   }
 
   TrainBenchResult result;

@@ -1,5 +1,7 @@
 #include "likeness/train/dataset.h"
 
+#include <ATen/Parallel.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -19,14 +21,15 @@ void Shuffle(std::vector<T>& values, Random& random) {
 }  // namespace
 
 Dataset::Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
-                 TexelWeighting weighting)
+                 TexelWeighting weighting, const std::filesystem::path& cache_folder)
     : people_(std::move(people)),
       texel_weights_(people_.at(0)->capture().topology(), people_.front()->size(), weighting) {
   for (int i = 0; i < this->people(); ++i) AddPerson(i);
   ReadStatistics();
   ReadConditions(conditions);
-  cache_slots_ = cache_bytes / (static_cast<size_t>(size()) * size() * 4);
-  slots_ = std::vector<Slot>(samples_.size() + frames_.size());
+  cache_ = std::make_unique<TextureCache>(
+      static_cast<int>(samples_.size() + frames_.size()), [this](int slot) { return LoadTexels(slot); }, cache_bytes,
+      cache_folder);
 }
 
 void Dataset::AddPerson(int identity) {
@@ -113,85 +116,80 @@ void Dataset::ReadConditions(const std::vector<std::string>& names) {
   }
 }
 
-std::shared_ptr<const Dataset::Texels> Dataset::LoadTexels(int slot) const {
-  auto texels = std::make_shared<Texels>();
-  if (slot < static_cast<int>(samples_.size())) {
-    const Sample& sample = samples_[slot];
-    const TextureSet& textures = *people_[identities_[sample.frame]];
-    texels->texture = textures.ReadTexture(frames_[sample.frame], sample.camera);
-    texels->seen = textures.ReadMask(frames_[sample.frame], sample.camera, texels->texture);
-  } else {
+PackedTexture Dataset::LoadTexels(int slot) const {
+  if (slot >= static_cast<int>(samples_.size())) {
     const size_t frame = slot - samples_.size();
-    texels->texture = people_[identities_[frame]]->ReadAverage(frames_[frame]);
+    return {people_[identities_[frame]]->ReadAverage(frames_[frame]), {}};
   }
-  return texels;
+  const Sample& sample = samples_[slot];
+  const TextureSet& textures = *people_[identities_[sample.frame]];
+  const ImageU8 texture = textures.ReadTexture(frames_[sample.frame], sample.camera);
+  return {texture, textures.ReadMask(frames_[sample.frame], sample.camera, texture)};
 }
 
-std::shared_ptr<const Dataset::Texels> Dataset::ReadTexels(int slot) const {
-  std::call_once(slots_[slot].once, [&] {
-    if (used_slots_++ < cache_slots_) slots_[slot].texels = LoadTexels(slot);
-  });
-  return slots_[slot].texels ? slots_[slot].texels : LoadTexels(slot);
+Dataset::Fetched Dataset::Fetch(const std::vector<int>& samples, int views) const {
+  LIKENESS_CHECK(!samples.empty() && samples.size() % views == 0);
+  Fetched fetched;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const int frame = samples_[samples[i]].frame;
+    if (i % views == 0) fetched.frames.push_back(frame);
+    LIKENESS_CHECK(frame == fetched.frames.back());
+    fetched.samples.push_back(samples[i]);
+    fetched.textures.push_back(cache_->Get(samples[i]));
+  }
+  FetchAverages(&fetched);
+  return fetched;
 }
 
-Batch Dataset::ReadFrames(int begin, int end) const {
-  const int64_t count = end - begin, side = size(), coordinates = statistics_.front().vertex_mean.size();
+void Dataset::FetchAverages(Fetched* fetched) const {
+  for (const int frame : fetched->frames) {
+    fetched->averages.push_back(cache_->Get(static_cast<int>(samples_.size()) + frame));
+  }
+}
+
+Batch Dataset::Standardise(const Fetched& fetched) const {
+  const auto frames = static_cast<int64_t>(fetched.frames.size()), count = static_cast<int64_t>(fetched.samples.size());
+  const int64_t side = size(), texels = side * side, coordinates = statistics_.front().vertex_mean.size();
   const auto values = static_cast<int64_t>(condition_mean_.size());
-  const torch::Tensor average = torch::empty({count, side, side, 3}), vertices = torch::empty({count, coordinates});
-  const torch::Tensor identity = torch::empty({count}, torch::kInt64), named = torch::empty({count, values});
-  for (int64_t i = 0; i < count; ++i) {
-    const int frame = begin + static_cast<int>(i);
-    const auto texels = ReadTexels(static_cast<int>(samples_.size()) + frame);
+  const torch::Tensor average = torch::empty({frames, side, side, 3}), vertices = torch::empty({frames, coordinates});
+  const torch::Tensor identity = torch::empty({frames}, torch::kInt64), named = torch::empty({frames, values});
+  const torch::Tensor texture = torch::empty({count, side, side, 3}), seen = torch::empty({count, 1, side, side});
+  const torch::Tensor view = torch::empty({count, 3}), camera = torch::empty({count}, torch::kInt64);
+  const auto write_frame = [&](int64_t i) {
+    const int frame = fetched.frames[i];
+    ImageU8 read, mask;
+    fetched.averages[i]->Unpack(size(), &read, &mask);
     const Statistics& own = statistics_[identities_[frame]];
-    StandardiseTexture(own, texels->texture, {}, average.mutable_data_ptr<float>() + i * side * side * 3);
+    StandardiseTexture(own, read, mask, average.mutable_data_ptr<float>() + i * texels * 3);
     StandardiseVertices(own, tracked_[frame].vertices_in_head, vertices.mutable_data_ptr<float>() + i * coordinates);
     identity.mutable_data_ptr<int64_t>()[i] = identities_[frame];
     for (int64_t v = 0; v < values; ++v) {
       named.mutable_data_ptr<float>()[i * values + v] =
           (condition_values_[frame][v] - condition_mean_[v]) / condition_deviation_[v];
     }
-  }
-  Batch batch;
-  batch.average = average.permute({0, 3, 1, 2});
-  batch.vertices = vertices;
-  batch.identity = identity;
-  batch.named = named;
-  return batch;
-}
-
-Batch Dataset::Read(const std::vector<int>& samples, int views) const {
-  const int64_t count = static_cast<int64_t>(samples.size()), side = size(), texels = side * side;
-  LIKENESS_CHECK(count > 0 && count % views == 0);
-  const torch::Tensor texture = torch::empty({count, side, side, 3}), seen = torch::empty({count, 1, side, side});
-  const torch::Tensor view = torch::empty({count, 3}), camera = torch::empty({count}, torch::kInt64);
-  std::vector<torch::Tensor> averages, vertices, identities, named;
-  for (int64_t i = 0; i < count; ++i) {
-    const Sample& sample = samples_[samples[i]];
-    if (i % views == 0) {
-      const Batch frame = ReadFrames(sample.frame, sample.frame + 1);
-      averages.push_back(frame.average.permute({0, 2, 3, 1}));
-      vertices.push_back(frame.vertices);
-      identities.push_back(frame.identity);
-      named.push_back(frame.named);
-    }
-    LIKENESS_CHECK(sample.frame == samples_[samples[i - i % views]].frame);
-    const auto read = ReadTexels(samples[i]);
-    const Statistics& own = statistics_[identities_[sample.frame]];
-    StandardiseTexture(own, read->texture, read->seen, texture.mutable_data_ptr<float>() + i * texels * 3);
+  };
+  const auto write_sample = [&](int64_t i) {
+    const Sample& sample = samples_[fetched.samples[i]];
+    ImageU8 read, mask;
+    fetched.textures[i]->Unpack(size(), &read, &mask);
+    StandardiseTexture(statistics_[identities_[sample.frame]], read, mask,
+                       texture.mutable_data_ptr<float>() + i * texels * 3);
     texel_weights_.Write(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
-                         tracked_[sample.frame].vertices_in_head, read->seen,
-                         seen.mutable_data_ptr<float>() + i * texels);
+                         tracked_[sample.frame].vertices_in_head, mask, seen.mutable_data_ptr<float>() + i * texels);
     camera.mutable_data_ptr<int64_t>()[i] = sample.camera_index;
     std::copy_n(sample.view.data(), 3, view.mutable_data_ptr<float>() + 3 * i);
-  }
-  return {torch::cat(averages).permute({0, 3, 1, 2}),
-          torch::cat(vertices),
-          texture.permute({0, 3, 1, 2}),
-          seen,
-          view,
-          camera,
-          torch::cat(identities),
-          torch::cat(named)};
+  };
+  at::parallel_for(0, frames + count, 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) i < frames ? write_frame(i) : write_sample(i - frames);
+  });
+  return {average.permute({0, 3, 1, 2}), vertices, texture.permute({0, 3, 1, 2}), seen, view, camera, identity, named};
+}
+
+Batch Dataset::ReadFrames(int begin, int end) const {
+  Fetched fetched;
+  for (int frame = begin; frame < end; ++frame) fetched.frames.push_back(frame);
+  FetchAverages(&fetched);
+  return Standardise(fetched);
 }
 
 SampleOrder::SampleOrder(std::vector<std::vector<int>> samples_of_frame, int views, uint64_t seed)

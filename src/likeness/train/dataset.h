@@ -1,20 +1,20 @@
 // What training reads of unwrapped captures, one for each person: the training cameras' textures of the training
-// frames, with meshes, averages and named conditions, kept in memory as bytes where they fit.
+// frames, with meshes, averages and named conditions, kept packed where they fit.
 
 #pragma once
 
 #include <torch/types.h>
 
-#include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include "likeness/capture/capture.h"
 #include "likeness/texture/texture_set.h"
 #include "likeness/train/standardise.h"
 #include "likeness/train/texel_weights.h"
+#include "likeness/train/texture_cache.h"
 
 namespace likeness {
 
@@ -45,13 +45,18 @@ class Dataset {
   // Reads meshes, statistics and conditions now, textures when they are first needed. Throws Error when nothing is left
   // to train on, when a file is absent or wrong, or when a condition has another size for another person. Textures are
   // borrowed, and of one size.
-  //   people      the textures of each person's capture, at least one
-  //   conditions  names of those that every capture has
+  //   people        the textures of each person's capture, at least one
+  //   conditions    names of those that every capture has
+  //   cache_bytes   of memory for textures
+  //   cache_folder  for those that it does not hold; empty: they are read again
   Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
-          TexelWeighting weighting = TexelWeighting::kAll);
+          TexelWeighting weighting = TexelWeighting::kAll, const std::filesystem::path& cache_folder = {});
   // Of one person, without conditions.
-  Dataset(const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting = TexelWeighting::kAll)
-      : Dataset({&textures}, {}, cache_bytes, weighting) {}
+  Dataset(const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting = TexelWeighting::kAll,
+          const std::filesystem::path& cache_folder = {})
+      : Dataset({&textures}, {}, cache_bytes, weighting, cache_folder) {}
+  Dataset(const Dataset&) = delete;
+  Dataset& operator=(const Dataset&) = delete;
 
   int size() const { return people_.front()->size(); }
   int people() const { return static_cast<int>(people_.size()); }
@@ -71,25 +76,28 @@ class Dataset {
   const std::vector<float>& condition_mean() const { return condition_mean_; }
   const std::vector<float>& condition_deviation() const { return condition_deviation_; }
 
-  // The samples' batch. `samples` come in groups of `views` that share a frame. Safe from several threads.
-  Batch Read(const std::vector<int>& samples, int views) const;
+  const TextureCache& cache() const { return *cache_; }
+
+  // What a batch is made of, as it lies in the cache.
+  struct Fetched {
+    std::vector<int> samples;
+    std::vector<std::shared_ptr<const PackedTexture>> textures;  // of the samples
+    std::vector<int> frames;
+    std::vector<std::shared_ptr<const PackedTexture>> averages;  // of the frames
+  };
+  // The slow part where textures must be read and decoded. `samples` come in groups of `views` that share a frame. Safe
+  // from several threads.
+  Fetched Fetch(const std::vector<int>& samples, int views) const;
+  // The quick part, on all of LibTorch's threads.
+  Batch Standardise(const Fetched& fetched) const;
+  Batch Read(const std::vector<int>& samples, int views) const { return Standardise(Fetch(samples, views)); }
 
   // What it takes to encode frames [begin, end), without textures and views.
   Batch ReadFrames(int begin, int end) const;
 
  private:
-  struct Texels {
-    ImageU8 texture;
-    ImageU8 seen;
-  };
-  // A texture read once; empty while it was not, or when it does not fit the cache.
-  struct Slot {
-    std::once_flag once;
-    std::shared_ptr<const Texels> texels;
-  };
-  std::shared_ptr<const Texels> ReadTexels(int slot) const;
-  std::shared_ptr<const Texels> LoadTexels(int slot) const;
-
+  PackedTexture LoadTexels(int slot) const;
+  void FetchAverages(Fetched* fetched) const;
   void AddPerson(int identity);
   void ReadStatistics();
   void ReadConditions(const std::vector<std::string>& names);
@@ -106,9 +114,7 @@ class Dataset {
   std::vector<NamedCondition> conditions_;
   std::vector<std::vector<float>> condition_values_;  // of frames
   std::vector<float> condition_mean_, condition_deviation_;
-  size_t cache_slots_ = 0;
-  mutable std::atomic<size_t> used_slots_ = 0;
-  mutable std::vector<Slot> slots_;  // samples, then the frames' averages
+  std::unique_ptr<TextureCache> cache_;  // samples, then the frames' averages
 };
 
 // The order in which training sees the samples: a function of seed and position alone, so that a run can be taken up

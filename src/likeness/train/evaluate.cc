@@ -4,8 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
@@ -13,84 +13,12 @@
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
-#include "likeness/base/random.h"
 #include "likeness/image/resize.h"
 #include "likeness/render/rasterizer.h"
+#include "likeness/train/evaluation_tasks.h"
 
 namespace likeness {
 namespace {
-
-// One image to look at.
-struct Task {
-  EvaluationGroup group;
-  const FrameId* frame;
-  const Camera* camera;
-  bool keep_picture = false;
-};
-
-struct Measurement {
-  SquaredError error;
-  SquaredError texture;
-  double ssim = 0;
-  double vertex_mm = 0;
-  int64_t head_pixels = 0;
-  int64_t uncovered_pixels = 0;
-  bool unmasked = false;
-  std::optional<EvaluatedPicture> picture;
-};
-
-// One of every `size / count` in a row, at random: spread evenly, and in step with no pattern of the capture's.
-std::vector<size_t> Stratified(size_t size, size_t count, uint64_t seed) {
-  std::vector<size_t> chosen;
-  if (count == 0 || count >= size) {
-    for (size_t i = 0; i < size; ++i) chosen.push_back(i);
-    return chosen;
-  }
-  Random random(seed);
-  for (size_t i = 0; i < count; ++i) {
-    const size_t begin = i * size / count, end = (i + 1) * size / count;
-    chosen.push_back(begin + static_cast<size_t>(random.Below(static_cast<int64_t>(end - begin))));
-  }
-  return chosen;
-}
-
-// Marks tasks evenly over the list, each time one of a camera that has been shown least.
-void KeepPictures(size_t count, std::vector<Task>* tasks) {
-  count = std::min(count, tasks->size());
-  std::map<const Camera*, int> shown;
-  for (size_t i = 0; i < count; ++i) {
-    const auto begin = tasks->begin() + static_cast<std::ptrdiff_t>(i * tasks->size() / count);
-    const auto end = tasks->begin() + static_cast<std::ptrdiff_t>((i + 1) * tasks->size() / count);
-    const auto chosen =
-        std::min_element(begin, end, [&](const Task& a, const Task& b) { return shown[a.camera] < shown[b.camera]; });
-    chosen->keep_picture = true;
-    ++shown[chosen->camera];
-  }
-}
-
-std::vector<Task> ChooseTasks(const Capture& capture, const EvaluationOptions& options) {
-  std::vector<Task> tasks;
-  for (const EvaluationGroup group : kEvaluationGroups) {
-    const bool new_camera = group == EvaluationGroup::kHeldOutCameras || group == EvaluationGroup::kHeldOutBoth;
-    const bool new_segment = group == EvaluationGroup::kHeldOutSegments || group == EvaluationGroup::kHeldOutBoth;
-    const Split& split = capture.split();
-    std::vector<Task> all;
-    for (const FrameId& frame : capture.frames()) {
-      if (split.IsHeldOutSegment(frame.segment) != new_segment) continue;
-      for (const std::string& name : new_camera ? split.held_out_cameras : split.training_cameras) {
-        const Camera& camera = capture.FindCamera(name);
-        if (capture.HasCameraImage(frame, camera)) all.push_back({group, &frame, &camera});
-      }
-    }
-    std::vector<Task> chosen;
-    for (const size_t i : Stratified(all.size(), static_cast<size_t>(options.max_images), options.seed)) {
-      chosen.push_back(all[i]);
-    }
-    KeepPictures(static_cast<size_t>(options.pictures), &chosen);
-    tasks.insert(tasks.end(), chosen.begin(), chosen.end());
-  }
-  return tasks;
-}
 
 std::vector<int> VerticesInTriangles(const MeshTopology& topology) {
   std::vector<int> used;
@@ -122,7 +50,7 @@ class Evaluator {
     draw_options_.supersample = options.supersample;
   }
 
-  Measurement Measure(const Task& task, const TrackedFrame& tracked, const EncodedFrame& encoded) const {
+  ImageMeasurement Measure(const EvaluationTask& task, const TrackedFrame& tracked, const EncodedFrame& encoded) const {
     const Camera& camera = *task.camera;
     const MeshTopology& topology = capture_.topology();
     const DecodedFrame decoded =
@@ -133,7 +61,7 @@ class Evaluator {
     }
     const Rendering ours = Draw(decoded.vertices_in_head, decoded.texture, camera, tracked);
     const ImageU8 truth = capture_.ReadCameraImage(*task.frame, camera);
-    Measurement m;
+    ImageMeasurement m;
     std::optional<ImageU8> mask = capture_.ReadHeadMask(*task.frame, camera);
     m.unmasked = !mask.has_value();
     // The tracked mesh, not the avatar's: the pixels that count must not depend on what is judged.
@@ -175,19 +103,6 @@ class Evaluator {
   const std::vector<int> used_vertices_;
   DrawOptions draw_options_;
 };
-
-// Tasks of the same frame together, so that each is read and encoded once.
-std::vector<std::vector<size_t>> ByFrame(const std::vector<Task>& tasks) {
-  std::vector<size_t> order(tasks.size());
-  for (size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return tasks[a].frame < tasks[b].frame; });
-  std::vector<std::vector<size_t>> frames;
-  for (const size_t i : order) {
-    if (frames.empty() || tasks[frames.back().front()].frame != tasks[i].frame) frames.emplace_back();
-    frames.back().push_back(i);
-  }
-  return frames;
-}
 
 nlohmann::ordered_json JsonOf(const GroupResult& group) {
   nlohmann::ordered_json json;
@@ -249,40 +164,38 @@ void CheckHeldOut(const Avatar& avatar, const Capture& capture, int identity) {
       trained_on, capture.root().string());
 }
 
-EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,
-                          const EvaluationOptions& options, const TextureSet* textures) {
-  options.Check();
-  const std::vector<Task> tasks = ChooseTasks(capture, options);
-  if (tasks.empty()) throw Error("{}: no frame has an image to compare with", capture.root().string());
-  const std::vector<std::vector<size_t>> frames = ByFrame(tasks);
+void MeasureTasks(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,
+                  const EvaluationOptions& options, const TextureSet* textures,
+                  const std::vector<EvaluationTask>& tasks, const std::vector<std::vector<size_t>>& frames,
+                  const std::function<bool(size_t, ImageMeasurement)>& done) {
   const Evaluator evaluator(capture, decoder, options, textures);
-  std::vector<Measurement> measurements(tasks.size());
-  Progress progress("evaluate", static_cast<int64_t>(tasks.size()), "images");
+  std::atomic<bool> stop = false;
   ParallelFor(static_cast<int64_t>(frames.size()), [&](int64_t f) {
+    if (stop) return;
     const FrameId& frame = *tasks[frames[f].front()].frame;
     const TrackedFrame tracked = capture.ReadTracked(frame);
     const EncodedFrame encoded = encode(frame, tracked);
     for (const size_t i : frames[f]) {
-      measurements[i] = evaluator.Measure(tasks[i], tracked, encoded);
-      progress.Advance();
+      if (!stop && !done(i, evaluator.Measure(tasks[i], tracked, encoded))) stop = true;
     }
   });
-  progress.Finish();
+}
 
+EvaluationResult Summarise(const std::vector<EvaluationTask>& tasks, std::vector<ImageMeasurement>* measurements) {
   EvaluationResult result;
   std::array<int64_t, 4> head_pixels = {}, uncovered_pixels = {};
   for (size_t i = 0; i < tasks.size(); ++i) {
     const auto g = static_cast<size_t>(tasks[i].group);
     GroupResult& group = result.groups[g];
     ++group.images;
-    group.error += measurements[i].error;
-    group.texture += measurements[i].texture;
-    group.ssim += measurements[i].ssim;
-    group.vertex_mm += measurements[i].vertex_mm;
-    group.images_unmasked += measurements[i].unmasked;
-    head_pixels[g] += measurements[i].head_pixels;
-    uncovered_pixels[g] += measurements[i].uncovered_pixels;
-    if (measurements[i].picture) result.pictures.push_back(std::move(*measurements[i].picture));
+    group.error += (*measurements)[i].error;
+    group.texture += (*measurements)[i].texture;
+    group.ssim += (*measurements)[i].ssim;
+    group.vertex_mm += (*measurements)[i].vertex_mm;
+    group.images_unmasked += (*measurements)[i].unmasked;
+    head_pixels[g] += (*measurements)[i].head_pixels;
+    uncovered_pixels[g] += (*measurements)[i].uncovered_pixels;
+    if ((*measurements)[i].picture) result.pictures.push_back(std::move(*(*measurements)[i].picture));
   }
   for (size_t g = 0; g < result.groups.size(); ++g) {
     GroupResult& group = result.groups[g];
@@ -293,6 +206,22 @@ EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, co
     }
   }
   return result;
+}
+
+EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, const FrameDecoder& decoder,
+                          const EvaluationOptions& options, const TextureSet* textures) {
+  options.Check();
+  const std::vector<EvaluationTask> tasks = ChooseTasks(capture, options);
+  std::vector<ImageMeasurement> measurements(tasks.size());
+  Progress progress("evaluate", static_cast<int64_t>(tasks.size()), "images");
+  MeasureTasks(capture, encode, decoder, options, textures, tasks, ByFrame(tasks),
+               [&](size_t i, ImageMeasurement measurement) {
+                 measurements[i] = std::move(measurement);
+                 progress.Advance();
+                 return true;
+               });
+  progress.Finish();
+  return Summarise(tasks, &measurements);
 }
 
 std::string ToText(const EvaluationResult& result) {

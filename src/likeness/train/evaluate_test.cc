@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "likeness/base/file.h"
@@ -13,6 +15,10 @@
 #include "likeness/image/image_io.h"
 #include "likeness/image/resize.h"
 #include "likeness/render/rasterizer.h"
+#include "likeness/train/comparison.h"
+#include "likeness/train/evaluation_part_file.h"
+#include "likeness/train/evaluation_parts.h"
+#include "likeness/train/evaluation_video.h"
 #include "likeness/train/multiface_protocol.h"
 
 namespace likeness {
@@ -321,6 +327,142 @@ TEST_F(EvaluateTest, AnAvatarOfAnotherMeshIsRefused) {
     }
   };
   EXPECT_THAT(ErrorOf([&] { Run(Stranger()); }), HasSubstr("5 vertices"));
+}
+
+class PartsTest : public EvaluateTest {
+ protected:
+  PartsTest() {
+    teller_.test = this;
+    teller_.texture_offset = [](size_t frame, const Eigen::Vector3d& view) {
+      return static_cast<float>(3.1 * static_cast<double>(frame) + view[0]);
+    };
+    teller_.vertex_offset = {0.3f, 1, 0};
+    options_.pictures = 2;
+  }
+  SharedEvaluation Share(const Shard& shard, const std::string& avatar = "avatar") const {
+    const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
+      ++encoded_;
+      const auto index = std::find(frames_.begin(), frames_.end(), frame) - frames_.begin();
+      return EncodedFrame{{static_cast<float>(index)}};
+    };
+    return EvaluateTogether(*capture_, encode, teller_, options_, nullptr, scratch_ / "parts", avatar, shard);
+  }
+  void ExpectWhole(const std::optional<EvaluationResult>& result) const {
+    const EvaluationResult whole = Run(teller_, options_);
+    ASSERT_TRUE(result.has_value());
+    EXPECT_EQ(ToJson(*result), ToJson(whole));
+    for (size_t g = 0; g < 4; ++g) {
+      EXPECT_EQ(result->groups[g].error.sum, whole.groups[g].error.sum);
+      EXPECT_EQ(result->groups[g].vertex_mm, whole.groups[g].vertex_mm);
+      EXPECT_EQ(result->groups[g].ssim, whole.groups[g].ssim);
+    }
+    ASSERT_EQ(result->pictures.size(), whole.pictures.size());
+    for (size_t i = 0; i < whole.pictures.size(); ++i) {
+      EXPECT_EQ(result->pictures[i].camera, whole.pictures[i].camera);
+      EXPECT_EQ(result->pictures[i].ours, whole.pictures[i].ours);
+      EXPECT_EQ(result->pictures[i].mask, whole.pictures[i].mask);
+      EXPECT_EQ(result->pictures[i].texture, whole.pictures[i].texture);
+      EXPECT_EQ(result->pictures[i].mse, whole.pictures[i].mse);
+    }
+  }
+
+  Teller teller_;
+  EvaluationOptions options_;
+  mutable std::atomic<int> encoded_ = 0;
+};
+
+TEST_F(PartsTest, AddUpToTheWholeBitForBit) {
+  for (const int count : {1, 2, 4, 7}) {
+    SCOPED_TRACE(count);
+    for (int index = 2; index <= count; ++index) {
+      const SharedEvaluation part = Share({index, count});
+      EXPECT_FALSE(part.result.has_value());
+      EXPECT_EQ(part.images, 12);
+      EXPECT_GT(part.images_missing, 0);
+    }
+    ExpectWhole(Share({1, count}).result);
+    encoded_ = 0;
+    ExpectWhole(Share({count, count}).result);
+    EXPECT_EQ(encoded_, 0) << "all was measured";
+    std::filesystem::remove_all(scratch_ / "parts");
+  }
+}
+
+TEST_F(PartsTest, OnlyWhatIsMissingIsMeasuredAndNothingElseIsMixedIn) {
+  Share({1, 3});
+  Share({3, 3});
+  encoded_ = 0;
+  ExpectWhole(Share({}).result);  // the second one's frame
+  EXPECT_EQ(encoded_, 1);
+  encoded_ = 0;
+  EXPECT_FALSE(Share({1, 2}, "another avatar").result.has_value());
+  options_.supersample = 1;
+  EXPECT_FALSE(Share({1, 2}).result.has_value());
+  EXPECT_EQ(encoded_, 4);
+}
+
+TEST_F(PartsTest, DamagedOnesAreNamed) {
+  Share({1, 2});
+  const std::filesystem::path folder = scratch_ / "parts" / ListFolder(scratch_ / "parts")[0];
+  const std::string text = ReadFile(folder / "1-of-2.json");
+  EXPECT_EQ(PartText(ParsePart("p", text, 12)), text);
+  EXPECT_THAT(ErrorOf([&] { ParsePart("p", text, 3); }), HasSubstr("3 images"));
+  for (const char* bad : {"", "[]", "{}", R"({"images_in_all": 12, "images": [1]})",
+                          R"({"images_in_all": -1, "images": []})", R"({"images_in_all": 12, "images": 7})"}) {
+    EXPECT_THAT(ErrorOf([&] { ParsePart("p", bad, 12); }), testing::StartsWith("p: ")) << bad;
+  }
+  const auto with = [&](const char* from, const char* to) {
+    std::string changed = text;
+    changed.replace(changed.find(from), std::string(from).size(), to);
+    return ErrorOf([&] { ParsePart("p", changed, 12); });
+  };
+  EXPECT_THAT(with(R"("image":0)", R"("image":12)"), HasSubstr("numbers that this evaluation cannot have"));
+  EXPECT_THAT(with(R"("head_pixels":)", R"("head_pixels":-)"), HasSubstr("cannot have"));
+  EXPECT_THAT(with(R"("ssim":)", R"("ssim":"x","s":)"), HasSubstr("remove it"));
+  WriteFile(folder / "1-of-2.json", "{}");
+  EXPECT_THAT(ErrorOf([&] { Share({2, 2}); }), HasSubstr("1-of-2.json"));
+}
+
+// ffmpeg is a script that keeps the bytes.
+TEST_F(EvaluateTest, VideoHasEveryFrameInOrder) {
+  const std::string path = std::getenv("PATH");
+  WriteFile(scratch_ / "bin" / "ffmpeg", "#!/bin/sh\nfor last; do :; done\ncat > \"${last#file:}\"\n");
+  std::filesystem::permissions(scratch_ / "bin" / "ffmpeg", std::filesystem::perms::owner_all);
+  setenv("PATH", ((scratch_ / "bin").string() + ":" + path).c_str(), 1);
+  const auto encode = [&](const FrameId& frame, const TrackedFrame&) {
+    return EncodedFrame{{static_cast<float>(std::find(frames_.begin(), frames_.end(), frame) - frames_.begin())}};
+  };
+  Teller teller = MakeTeller();
+  teller.texture_offset = [](size_t, const auto&) { return 6.0f; };
+  EvaluationVideoOptions options;
+  options.path = scratch_ / "a.mp4";
+  options.segment = "smile";
+  const EvaluationVideo video = WriteEvaluationVideo(*capture_, encode, teller, options);
+  EXPECT_EQ(video.camera, "new");
+  EXPECT_EQ(video.figures.images, 3);
+  EXPECT_NEAR(video.figures.error.Mean(), 36, 1e-9);
+  EvaluationOptions all;
+  all.pictures = 100;
+  std::string expected;
+  std::optional<Framing> framing;
+  for (const EvaluatedPicture& picture : Run(teller, all).pictures) {
+    if (picture.camera != "new" || picture.frame.segment != "smile") continue;
+    if (!framing) framing = WholeFraming(picture.mask);
+    const ImageU8 panel = ComparisonPanel(picture, *framing);
+    const int width = panel.width() / 2 * 2;
+    for (int y = 0; y < panel.height() / 2 * 2; ++y) {
+      expected.append(reinterpret_cast<const char*>(panel.row(y)), static_cast<size_t>(3 * width));
+    }
+  }
+  EXPECT_TRUE(ReadFile(options.path) == expected);
+  options.segment = "smle";
+  EXPECT_THAT(ErrorOf([&] { WriteEvaluationVideo(*capture_, encode, teller, options); }),
+              HasSubstr("did you mean 'smile'"));
+  options.segment = "";
+  EXPECT_EQ(WriteEvaluationVideo(*capture_, encode, teller, options).segment, "talk_1");
+  options.camera = "nw";
+  EXPECT_THAT(ErrorOf([&] { WriteEvaluationVideo(*capture_, encode, teller, options); }), HasSubstr("new"));
+  setenv("PATH", path.c_str(), 1);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ void Loader::Work() {
         if (stop_) return;
         mine = claimed_++;
       }
-      Batch batch = dataset_.Read(order_.Samples(first_ + mine * stride_, batch_), views_);
+      Dataset::Fetched batch = dataset_.Fetch(order_.Samples(first_ + mine * stride_, batch_), views_);
       {
         const std::lock_guard lock(mutex_);
         ready_.emplace(mine, std::move(batch));
@@ -55,9 +55,10 @@ Batch Loader::Next() {
   changed_.wait(lock, [&] { return error_ || ready_.count(taken_) != 0; });
   waited_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (error_) std::rethrow_exception(error_);
-  Batch batch = std::move(ready_.extract(taken_++).mapped());
+  const Dataset::Fetched fetched = std::move(ready_.extract(taken_++).mapped());
+  lock.unlock();
   changed_.notify_all();
-  return batch;
+  return dataset_.Standardise(fetched);
 }
 
 }  // namespace likeness

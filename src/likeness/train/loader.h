@@ -1,4 +1,4 @@
-// Batches read ahead on worker threads, handed out in order.
+// Batches, whose textures are read ahead on worker threads, handed out in order.
 
 #pragma once
 
@@ -22,7 +22,7 @@ class Loader {
   Loader(const Loader&) = delete;
   Loader& operator=(const Loader&) = delete;
 
-  // The next batch; throws what a worker threw.
+  // The next batch, standardised on the calling thread and LibTorch's; throws what a worker threw.
   Batch Next();
 
   // Seconds that Next() has waited for workers.
@@ -40,7 +40,7 @@ class Loader {
   const int64_t ahead_;  // batches in memory at most
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<int64_t, Batch> ready_;
+  std::map<int64_t, Dataset::Fetched> ready_;
   int64_t taken_ = 0;    // the next batch to hand out, counted from first_
   int64_t claimed_ = 0;  // the next batch that a worker begins
   std::exception_ptr error_;

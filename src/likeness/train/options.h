@@ -62,20 +62,22 @@ struct TrainOptions {
 
   uint64_t seed = 0;
   std::string device = "cpu";
-  std::string precision = "auto";  // see ops/precision.h
-  double save_minutes = 5;         // between checkpoints; 0: after every step
-  int keep = 3;                    // checkpoints that stay
-  int log_every = 10;              // iterations
-  int workers = 1;                 // threads that read ahead
-  int cache_mb = 8192;             // memory for textures; those beyond are read again when needed
-  double peer_timeout_s = 120;     // until a process that does not answer ends the others
-  bool resume = true;              // go on from OUT's newest checkpoint; otherwise start afresh
+  std::string precision = "auto";   // see ops/precision.h
+  double save_minutes = 5;          // between checkpoints; 0: after every step
+  int keep = 3;                     // checkpoints that stay
+  int log_every = 10;               // iterations
+  int workers = 1;                  // threads that read ahead
+  double cache_mb = 8192;           // memory for textures
+  std::filesystem::path cache_dir;  // where a file holds textures beyond; empty: they are read again when needed
+  double peer_timeout_s = 120;      // until a process that does not answer ends the others
+  bool resume = true;               // go on from OUT's newest checkpoint; otherwise start afresh
 
   // Throws Error naming the option.
   void Check() const;
 
   // What the people are called, one for each capture.
   std::vector<std::string> PeopleNames() const;
+  size_t CacheBytes() const { return static_cast<size_t>(cache_mb * (1 << 20)); }
 
   // The options that decide the result, one "name = value" each; a checkpoint is continued only if they are the same.
   std::vector<std::string> Fingerprint() const;

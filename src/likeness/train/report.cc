@@ -82,27 +82,27 @@ std::string DifferenceLegend() {
     stops += fmt::format(",rgb({} {} {})", c[0], c[1], c[2]);
   }
   return fmt::format(
-      "<div class=\"legend\">difference 0 <i style=\"background:linear-gradient(90deg{})\"></i> {:g} of "
-      "255 and more, mean over RGB, head pixels only</div>",
+      "<div class=\"legend\">squared difference 0 <i style=\"background:linear-gradient(90deg{})\"></i> {:g} "
+      "and more, mean over RGB, head pixels only, 0 to 255 units squared</div>",
       stops, kDifferenceFullScale);
 }
 
 std::string Comparisons(const ReportContent& content) {
   if (content.result.pictures.empty()) return "";
-  std::string html = "<h2>Ground truth, ours, difference</h2>" + DifferenceLegend();
+  std::string html = "<h2>Ground truth and ours, with the squared difference</h2>" + DifferenceLegend();
   for (const EvaluationGroup group : {EvaluationGroup::kHeldOutCameras, EvaluationGroup::kHeldOutBoth,
                                       EvaluationGroup::kHeldOutSegments, EvaluationGroup::kTraining}) {
     for (const EvaluatedPicture& picture : content.result.pictures) {
       if (picture.group != group) continue;
-      const Comparison comparison = Compare(picture, 480, 640);
+      const Comparison comparison = Compare(picture, HeadFraming(picture.mask));
       html += fmt::format(
           "<figure class=\"row\"><figcaption><span class=\"tag{}\">{}</span><span>{} {}, camera "
           "{}</span><span class=\"soft\">PSNR {:.2f} dB, SSIM {:.3f}</span></figcaption>",
           group == EvaluationGroup::kTraining ? "" : " held-out", WordsFor(group).name,
           EscapeHtml(picture.frame.segment), EscapeHtml(picture.frame.frame), EscapeHtml(picture.camera),
           PsnrDb(picture.mse), picture.ssim);
-      html += fmt::format("<div class=\"three\">{}{}{}</div></figure>", Figure(comparison.truth, "ground truth"),
-                          Figure(comparison.ours, "ours"), Figure(comparison.difference, "difference"));
+      html += fmt::format("<div class=\"two\">{}{}</div></figure>", Figure(comparison.truth, "ground truth"),
+                          Figure(comparison.ours, "ours; inset: squared difference"));
     }
   }
   return html;

@@ -40,7 +40,6 @@ td { font-variant-numeric: tabular-nums; }
 .row figcaption { margin: 0 0 8px; display: flex; flex-wrap: wrap; gap: 4px 14px; align-items: baseline; }
 .tag { font-size: 13px; font-weight: 600; color: var(--accent); }
 .tag.held-out { color: var(--held-out); }
-.three { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8px; }
 .two { display: grid; grid-template-columns: repeat(2, 1fr); gap: 8px; max-width: 780px; }
 figure { margin: 0; }
 .cell { background: var(--picture); border-radius: 6px; overflow: hidden; }

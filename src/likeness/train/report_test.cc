@@ -11,6 +11,7 @@
 #include "likeness/base/file.h"
 #include "likeness/base/testing.h"
 #include "likeness/image/image_io.h"
+#include "likeness/image/panels.h"
 #include "likeness/train/comparison.h"
 #include "likeness/train/loss_chart.h"
 #include "likeness/train/run_record.h"
@@ -100,15 +101,38 @@ LossLog MakeLog(int rows) {
   return log;
 }
 
-TEST(ComparisonTest, IsCutToTheHeadAndShowsItsDifferenceAlone) {
-  const Comparison comparison = Compare(MakePicture());
-  EXPECT_EQ(comparison.truth.width(), 20 + 24);
-  EXPECT_EQ(comparison.truth.height(), 40 + 24);
+TEST(ComparisonTest, IsCutToTheHeadAndShowsItsDifferenceInACorner) {
+  const EvaluatedPicture picture = MakePicture();
+  const Framing framing = HeadFraming(picture.mask);
+  EXPECT_EQ(framing.width, 20 + 24);
+  EXPECT_EQ(framing.height, 40 + 24);
+  EXPECT_TRUE(framing.right && framing.bottom) << "all corners are alike";
+  const Comparison comparison = Compare(picture, framing);
+  EXPECT_EQ(comparison.truth.width(), 44);
+  EXPECT_EQ(comparison.truth.height(), 64);
   EXPECT_EQ(comparison.truth.at(0, 0)[0], 100);
-  EXPECT_EQ(comparison.ours.at(43, 63)[2], 116);
-  EXPECT_EQ(comparison.difference.at(0, 0)[0], 0);      // no head pixel
-  EXPECT_GT(comparison.difference.at(22, 32)[0], 100);  // half of the full scale of 32
-  EXPECT_LE(Compare(MakePicture(), 30, 30).truth.height(), 30);
+  EXPECT_EQ(comparison.ours.at(0, 0)[2], 116);
+  // A third of each side, within its frame: head pixels in the middle, nothing beside them.
+  const Colour expected = HeatColour(256 / kDifferenceFullScale);
+  const uint8_t* middle = comparison.ours.at(44 - 7, 64 - 10);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(middle[c], expected[c], 1);
+  EXPECT_EQ(comparison.ours.at(44 - 13, 64 - 19)[0], 0);
+  EXPECT_LE(Compare(picture, framing, 30, 30).truth.height(), 30);
+}
+
+TEST(ComparisonTest, TheInsetGoesWhereTheHeadIsNot) {
+  ImageU8 mask(90, 90, 1);
+  for (const bool right : {false, true}) {
+    for (const bool bottom : {false, true}) {
+      std::fill(mask.values().begin(), mask.values().end(), uint8_t{255});
+      *mask.at(right ? 80 : 10, bottom ? 80 : 10) = 0;
+      for (const Framing& framing : {HeadFraming(mask), WholeFraming(mask)}) {
+        EXPECT_EQ(framing.right, right);
+        EXPECT_EQ(framing.bottom, bottom);
+        EXPECT_EQ(framing.width, 90);
+      }
+    }
+  }
 }
 
 TEST(ComparisonTest, PicturesAndIndexAreWritten) {
@@ -118,7 +142,7 @@ TEST(ComparisonTest, PicturesAndIndexAreWritten) {
   const auto paths = WriteComparisons({picture}, scratch / "pictures");
   ASSERT_EQ(paths.size(), 1u);
   EXPECT_EQ(paths[0].filename(), "held_out_cameras_smile_000012_400007.png");
-  EXPECT_GT(ReadImage(paths[0]).width(), 3 * 44);
+  EXPECT_GT(ReadImage(paths[0]).width(), 2 * 320);
   const auto index = nlohmann::json::parse(ReadFile(scratch / "pictures/index.json"));
   EXPECT_EQ(index[0]["file"], paths[0].filename().string());
   EXPECT_EQ(index[0]["group"], "held_out_cameras");
@@ -197,11 +221,11 @@ TEST(ReportTest, HoldsEverythingAndNeedsNothing) {
     EXPECT_THAT(html, HasSubstr(part));
   }
   for (const char* part : {"http:", "https:", "<script", "url(", "400<7>"}) EXPECT_THAT(html, Not(HasSubstr(part)));
-  // Five pictures: truth, ours, difference, two textures.
+  // Four pictures: truth, ours with the difference, two textures.
   int pictures = 0;
   for (size_t at = html.find("data:image/jpeg"); at != std::string::npos; at = html.find("data:image/jpeg", at + 1))
     ++pictures;
-  EXPECT_EQ(pictures, 5);
+  EXPECT_EQ(pictures, 4);
 }
 
 TEST(ReportTest, SaysNothingOfWhatItDoesNotKnow) {

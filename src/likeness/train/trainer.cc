@@ -208,8 +208,8 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
   const Peers peers(launcher, device, options.peer_timeout_s);
   const People people(options);
   Architecture architecture = ArchitectureFrom(options, people.size(), people.topology().vertex_count);
-  const Dataset dataset(people.textures(), options.conditions, static_cast<size_t>(options.cache_mb) << 20,
-                        ParseTexelWeighting(options.texels));
+  const Dataset dataset(people.textures(), options.conditions, options.CacheBytes(),
+                        ParseTexelWeighting(options.texels), options.cache_dir);
   architecture.conditions = dataset.conditions();
   architecture.Check();
   LogInfo("train on {} textures of {} frames{}, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
@@ -299,6 +299,9 @@ TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop
       }
     }
     result.waiting = loader.waited_s() / std::max(1e-9, run.elapsed_s - earlier_s);
+    result.cache_bytes = dataset.cache().memory_bytes();
+    result.cache_file_bytes = dataset.cache().file_bytes();
+    result.textures_made = dataset.cache().made();
   }
 
   result.iterations = run.iteration;

@@ -20,6 +20,9 @@ struct TrainResult {
   double elapsed_s = 0;          // of training, earlier runs' too
   double samples_per_s = 0;      // of this run
   double waiting = 0;            // share of this run's time spent waiting for the loader
+  size_t cache_bytes = 0;        // textures in memory
+  size_t cache_file_bytes = 0;   // and in the file of --cache-dir
+  int64_t textures_made = 0;     // readings of the capture's files
   double loss = 0;               // means over the last logged steps
   double loss_texture = 0;
   double loss_geometry = 0;

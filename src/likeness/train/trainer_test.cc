@@ -220,6 +220,36 @@ TEST_F(Training, SeedsAndThreadsOfTheLoaderDecideAsTheyShould) {
   EXPECT_NE(codes(1, 1, 100), first);
 }
 
+TEST_F(Training, ACacheFarSmallerThanTheDataGivesTheSameWeights) {
+  const TrainResult all = Train(options_, kNever);
+  const size_t everything = all.cache_bytes;
+  EXPECT_EQ(all.textures_made, 6 * 3 + 6);
+  const auto a = SafetensorsFile(Newest(options_.out));
+  for (const bool in_file : {false, true}) {
+    TrainOptions other = options_;
+    other.out = folder_ / (in_file ? "in_file" : "small");
+    other.cache_mb = 0.1 * static_cast<double>(everything) / (1 << 20);
+    if (in_file) other.cache_dir = folder_ / "cache";
+    other.workers = 3;
+    const TrainResult result = Train(other, kNever);
+    EXPECT_LE(result.cache_bytes, everything / 10);
+    EXPECT_GT(result.cache_bytes, everything / 20);
+    EXPECT_EQ(result.cache_file_bytes, in_file ? everything - result.cache_bytes : 0);
+    if (in_file) {
+      EXPECT_EQ(result.textures_made, all.textures_made);
+      EXPECT_THAT(ListFolder(other.cache_dir), testing::IsEmpty());
+    } else {
+      EXPECT_GT(result.textures_made, 2 * all.textures_made);
+    }
+    const auto b = SafetensorsFile(Newest(other.out));
+    EXPECT_EQ(a.names(), b.names());
+    for (const std::string& name : a.names()) {
+      const auto x = a.Bytes(name), y = b.Bytes(name);
+      EXPECT_TRUE(std::equal(x.begin(), x.end(), y.begin(), y.end())) << name;
+    }
+  }
+}
+
 TEST_F(Training, ASecondRunOfAFinishedOneDoesNothing) {
   const TrainResult first = Train(options_, kNever);
   const auto written = std::filesystem::last_write_time(first.avatar);
