@@ -94,8 +94,8 @@ struct Shot {
 Shot PortraitShot(const Arguments& a, const Avatar& avatar, int identity) {
   PortraitOptions options;
   ParseView(a.view, &options.azimuth_deg, &options.elevation_deg);
-  options.width = a.width > 0 ? a.width : 768;
-  options.height = a.height > 0 ? a.height : 1024;
+  options.width = a.width > 0 ? a.width : a.sheet > 0 ? 240 : 768;
+  options.height = a.height > 0 ? a.height : a.sheet > 0 ? 320 : 1024;
   options.focal_px = a.focal_px;
   return {PortraitCamera(avatar.identities[identity].vertex_mean, avatar.topology, options), {}};
 }

@@ -146,18 +146,18 @@ struct PlainNetwork {
     return Apply("decoder.mesh_fc", Activate(Apply("decoder.code_fc", state, 1)), 1);
   }
 
-  Values DecodeTexture(const Values& z, Values view, const Values& condition = {}) const {
-    const Values code = Concatenate(z, condition);
-    if (architecture.model == ModelKind::kLinear) return Interleaved(Apply("decoder.texture_fc", code, 1), true);
+  Values DecodeTexture(const Values& code, Values view, const Values& condition = {}) const {
+    const Values state = Concatenate(code, condition);
+    if (architecture.model == ModelKind::kLinear) return Interleaved(Apply("decoder.texture_fc", state, 1), true);
     if (architecture.model == ModelKind::kBilinear) {
       Values products;
       for (const double v : view) {
-        for (const double state : code) products.push_back(v * state);
+        for (const double z : state) products.push_back(v * z);
       }
       return Interleaved(Apply("decoder.texture_fc", products, 1), true);
     }
     if (Has("decoder.view_fc")) view = Activate(Apply("decoder.view_fc", view, 1));
-    Values joined = Activate(Apply("decoder.code_fc", code, 1));
+    Values joined = Activate(Apply("decoder.code_fc", state, 1));
     if (!Has("decoder.view_add.0")) joined = Concatenate(view, joined);
     Values texture = Activate(Apply("decoder.texture_fc", joined, 1));
     int size = InnerSize(architecture);
