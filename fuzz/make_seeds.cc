@@ -223,6 +223,7 @@ void WriteSeeds(const std::filesystem::path& folder) {
   uint64_t length = 0;
   std::copy(file.begin(), file.begin() + sizeof(length), reinterpret_cast<char*>(&length));
   seed("avatar", "header", file.substr(sizeof(length), length));
+  seed("decoder", "header", file.substr(sizeof(length), length));
 }
 
 }  // namespace
