@@ -19,7 +19,8 @@ int main(int argc, char** argv) {
   }
   likeness_decoder* decoder = NULL;
   if (likeness_open(argv[1], NULL, &decoder) != LIKENESS_OK) return Failed("cannot open the avatar");
-  likeness_info info = {sizeof(info)};
+  likeness_info info = {0};
+  info.size = sizeof(info);
   likeness_get_info(decoder, &info);
 
   const size_t texels = (size_t)info.texture_size * (size_t)info.texture_size;

@@ -87,16 +87,30 @@ void PackTiles(const float* weights, const PackedConvolution& layer, void* packe
   }
 }
 
+// The odd one of a pair is read with the even one's bits below its own, so it is the value that comes nearest with
+// them.
 bool PackTileBias(const float* values, int count, void* packed) {
-  for (int i = 0; i < count; ++i) static_cast<uint16_t*>(packed)[i] = ToBf16(values[i]);
+  uint16_t* const to = static_cast<uint16_t*>(packed);
+  for (int i = 0; i < count; ++i) {
+    to[i] = ToBf16(values[i]);
+    if (i % 2 == 0) continue;
+    const uint32_t bits = __builtin_bit_cast(uint32_t, values[i]);
+    const auto distance = [&](uint32_t upper) {
+      const float read = __builtin_bit_cast(float, upper << 16 | to[i - 1]);
+      return read < values[i] ? values[i] - read : read - values[i];
+    };
+    const uint32_t high = bits >> 16;
+    uint32_t best = high;
+    if (high % 0x8000 != 0 && distance(high - 1) < distance(best)) best = high - 1;
+    if (high % 0x8000 < 0x7f00 && distance(high + 1) < distance(best)) best = high + 1;
+    to[i] = static_cast<uint16_t>(best);
+  }
   return true;
 }
 
 // Sixteen channels, or the even ones of 32 and the odd ones.
 inline __m512 Even(__m512i pairs) { return _mm512_castsi512_ps(_mm512_slli_epi32(pairs, 16)); }
-inline __m512 Odd(__m512i pairs) {
-  return _mm512_castsi512_ps(_mm512_and_si512(pairs, _mm512_set1_epi32(static_cast<int>(0xffff0000))));
-}
+inline __m512 Odd(__m512i pairs) { return _mm512_castsi512_ps(pairs); }
 inline __m512i Pairs(__m512 even, __m512 odd) {
   constexpr int kSelect = 0xf8;  // a | (b & c)
   return _mm512_ternarylogic_epi32(_mm512_srli_epi32(_mm512_castps_si512(even), 16), _mm512_castps_si512(odd),
@@ -210,141 +224,174 @@ void SameRows(const RowJob& job, void* scratch) {
   }
 }
 
-// kUp: units of 16 result rows x 32 columns. While one unit is multiplied, the one before it is stored, and the one
-// before that finished: storing tiles waits for them, and vector code does not.
-struct Unit {
-  const uint16_t* a[2] = {};
-  const uint16_t* weights = nullptr;
-  const uint16_t* bias = nullptr;
-  int column = 0;  // of the part
-  uint16_t* out = nullptr;
-};
-
+// kUp: units of 16 result rows x 32 columns. The products of one unit, the storing of tiles and the vector code that
+// finishes an earlier unit are interleaved: the processor overlaps them only where they stand close together.
 struct UpRows {
   const RowJob& job;
-  const int pairs, part, part_pairs, depth;
+  const int pairs, part, depth, m_tiles;
   const int64_t step;
   const __m512 slope;
-  float* const scratch;  // two units of two tiles
+  float* const sums;  // of the last few units: [kSlots][2][16][16]
+  float* const adds;  // [part], the even channels of 32 before the odd ones
 
-  Unit At(int index) const {
-    const int rows = index / pairs * kSide, pair = index % pairs, r = pair >= part_pairs ? 1 : 0;
-    const int64_t window = static_cast<int64_t>(rows) * job.layer->channels;
-    const int column = (pair - r * part_pairs) * kInner;
-    const int64_t at = static_cast<int64_t>(rows) * part + column;
-    Unit unit;
-    for (int dy = 0; dy < 2; ++dy) unit.a[dy] = static_cast<const uint16_t*>(job.in[dy]) + window;
-    unit.weights =
-        static_cast<const uint16_t*>(job.layer->weights) + static_cast<int64_t>(pair) * 2 * depth * 2 * kTile;
-    unit.bias = static_cast<const uint16_t*>(job.bias[r]) + at;
-    unit.out = static_cast<uint16_t*>(job.out[r]) + at;
-    unit.column = column;
-    return unit;
+  static constexpr int kSlots = 4;
+
+  float* Slot(int unit) const { return sums + unit % kSlots * (2 * kSide * kSide); }
+  const uint16_t* A(int dy, int m) const {
+    return static_cast<const uint16_t*>(job.in[dy]) + static_cast<int64_t>(m) * kSide * job.layer->channels;
+  }
+  const uint16_t* Weights(int pair) const {
+    return static_cast<const uint16_t*>(job.layer->weights) + static_cast<int64_t>(pair) * 2 * depth * 2 * kTile;
   }
 
-  template <int kFirst>
-  void Store() const {
-    float* const to = scratch + kFirst * kSide * kSide;
-    if constexpr (kFirst == 0) {
-      _tile_stored(0, to, 64);
-      _tile_stored(1, to + kSide * kSide, 64);
-    } else {
-      _tile_stored(2, to, 64);
-      _tile_stored(3, to + kSide * kSide, 64);
-    }
+  // Where a unit's results go.
+  struct Target {
+    const uint16_t* bias = nullptr;
+    uint16_t* out = nullptr;
+    const float* add = nullptr;
+    const float* from = nullptr;
+  };
+  Target TargetOf(int m, int pair, int unit) const {
+    const int r = pair >= pairs / 2 ? 1 : 0, column = (pair - r * (pairs / 2)) * kInner;
+    const int64_t at = static_cast<int64_t>(m) * kSide * part + column;
+    return {static_cast<const uint16_t*>(job.bias[r]) + at, static_cast<uint16_t*>(job.out[r]) + at, adds + column,
+            Slot(unit)};
   }
 
-  // Rows [begin, end) of the unit whose sums lie at `from`.
-  inline void FinishRows(const Unit& unit, const float* from, int begin, int end) const {
+  // Result rows [begin, begin + kCount) of a unit.
+  template <bool kAdd, int kCount>
+  __attribute__((always_inline)) inline void FinishRows(const Target& to, int begin) const {
     __m512 add[2];
-    if (job.add != nullptr) LoadAdds(unit.column, add);
-    for (int i = begin; i < end; ++i) {
-      const uint16_t* const bias = unit.bias + static_cast<int64_t>(i) * part;
+    if constexpr (kAdd) add[0] = _mm512_loadu_ps(to.add), add[1] = _mm512_loadu_ps(to.add + kSide);
+#pragma GCC unroll 16
+    for (int i = begin; i < begin + kCount; ++i) {
+      const uint16_t* const bias = to.bias + static_cast<int64_t>(i) * part;
       _mm_prefetch(reinterpret_cast<const char*>(bias) + kPrefetchBytes, _MM_HINT_T0);
-      FinishPair(from + i * kSide, from + (kSide + i) * kSide, bias, job.add != nullptr ? add : nullptr, slope,
-                 unit.out + static_cast<int64_t>(i) * part);
+      FinishPair(to.from + i * kSide, to.from + (kSide + i) * kSide, bias, kAdd ? add : nullptr, slope,
+                 to.out + static_cast<int64_t>(i) * part);
     }
   }
 
-  // The 32 columns may be of two texels.
-  void LoadAdds(int column, __m512 add[2]) const {
-    alignas(64) float values[kInner];
-    for (int c = 0; c < kInner; ++c) values[c] = job.add[(column + c) % job.add_count];
-    LoadAdd(values, add);
+  // 16 channels: the weights of 32 columns are four tiles, which stay where they are for the whole row.
+  template <bool kAdd, bool kFinish>
+  __attribute__((always_inline)) inline void HeldStep(int m, const Target& to) const {
+    _tile_zero(0);
+    _tile_loadd(2, A(0, m), step);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 0);
+    _tile_loadd(3, A(1, m), step);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 2);
+    _tile_dpbf16ps(0, 2, 4);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 4);
+    _tile_dpbf16ps(0, 3, 6);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 6);
+    _tile_stored(1, Slot(m + kSlots - 1) + kSide * kSide, 64);
+    _tile_zero(1);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 8);
+    _tile_dpbf16ps(1, 2, 5);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 10);
+    _tile_dpbf16ps(1, 3, 7);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 12);
+    _tile_stored(0, Slot(m), 64);
+    if constexpr (kFinish) FinishRows<kAdd, 2>(to, 14);
   }
 
-  // kFirst: 0 or 2, the first of the two tiles that collect this unit.
-  template <int kFirst, int kDepth>
-  inline void Step(const Unit& now, const Unit& finished, bool store, bool finish) const {
-    if (store) Store<2 - kFirst>();
-    const float* const from = scratch + kFirst * kSide * kSide;
+  template <bool kAdd>
+  void RunHeld() const {
+    for (int pair = 0; pair < pairs; ++pair) {
+      const uint16_t* const weights = Weights(pair);
+      _tile_loadd(4, weights, 64);
+      _tile_loadd(5, weights + kTile, 64);
+      _tile_loadd(6, weights + 2 * kTile, 64);
+      _tile_loadd(7, weights + 3 * kTile, 64);
+      for (int m = 0; m < m_tiles; ++m) {
+        if (m < 2) {
+          HeldStep<kAdd, false>(m, {});
+        } else {
+          HeldStep<kAdd, true>(m, TargetOf(m - 2, pair, m - 2));
+        }
+      }
+      _tile_stored(1, Slot(m_tiles + kSlots - 1) + kSide * kSide, 64);
+      if (m_tiles > 1) FinishRows<kAdd, kSide>(TargetOf(m_tiles - 2, pair, m_tiles - 2), 0);
+      FinishRows<kAdd, kSide>(TargetOf(m_tiles - 1, pair, m_tiles - 1), 0);
+    }
+  }
+
+  // More channels. kDepth: k tiles of an input row, 0 where there are many.
+  template <bool kAdd, int kDepth, bool kFinish>
+  __attribute__((always_inline)) inline void Step(int m, int pair, int unit, const Target& to) const {
     const int tiles = kDepth > 0 ? kDepth : depth;
-    const uint16_t* weights = now.weights;
+    constexpr int kRowsAStep = kDepth > 0 ? kSide / (4 * kDepth) : 0;
+    const uint16_t* weights = Weights(pair);
+    _tile_zero(0);
+    _tile_zero(1);
     int row = 0;
-    if constexpr (kFirst == 0) {
-      _tile_zero(0);
-      _tile_zero(1);
-    } else {
-      _tile_zero(2);
-      _tile_zero(3);
-    }
-    const int rows_a_step = kDepth > 0 ? kSide / (2 * kDepth) : 0;
     for (int dy = 0; dy < 2; ++dy) {
-      const uint16_t* a = now.a[dy];
+      const uint16_t* a = A(dy, m);
 #pragma GCC unroll 4
       for (int k = 0; k < tiles; ++k, a += kInner, weights += 2 * kTile) {
         _tile_loadd(4, a, step);
         _tile_loadd(6, weights, 64);
+        _tile_dpbf16ps(0, 4, 6);
+        if constexpr (kFinish && kDepth > 0) FinishRows<kAdd, kRowsAStep>(to, row);
         _tile_loadd(7, weights + kTile, 64);
-        if constexpr (kFirst == 0) {
-          _tile_dpbf16ps(0, 4, 6);
-          _tile_dpbf16ps(1, 4, 7);
-        } else {
-          _tile_dpbf16ps(2, 4, 6);
-          _tile_dpbf16ps(3, 4, 7);
-        }
-        if (rows_a_step > 0 && finish) {
-          FinishRows(finished, from, row, row + rows_a_step);
-          row += rows_a_step;
-        }
+        _tile_dpbf16ps(1, 4, 7);
+        if constexpr (kFinish && kDepth > 0) FinishRows<kAdd, kRowsAStep>(to, row + kRowsAStep);
+        row += 2 * kRowsAStep;
       }
     }
-    if (finish) FinishRows(finished, from, row, kSide);
+    _tile_stored(0, Slot(unit), 64);
+    _tile_stored(1, Slot(unit) + kSide * kSide, 64);
+    if constexpr (kFinish && kDepth == 0) FinishRows<kAdd, kSide>(to, 0);
   }
 
-  template <int kDepth>
-  void Run(int units) const {
-    Unit before[2];  // the last units of each parity
-    for (int u = 0; u < units; u += 2) {
-      const Unit even = At(u), odd = At(u + 1);
-      Step<0, kDepth>(even, before[0], u > 0, u > 0);
-      before[0] = even;
-      Step<2, kDepth>(odd, before[1], true, u > 0);
-      before[1] = odd;
+  template <bool kAdd, int kDepth>
+  void Run() const {
+    Target before[2];  // the last two units
+    int unit = 0;
+    for (int m = 0; m < m_tiles; ++m) {
+      for (int pair = 0; pair < pairs; ++pair, ++unit) {
+        if (unit < 2) {
+          Step<kAdd, kDepth, false>(m, pair, unit, {});
+        } else {
+          Step<kAdd, kDepth, true>(m, pair, unit, before[0]);
+        }
+        before[0] = before[1];
+        before[1] = TargetOf(m, pair, unit);
+      }
     }
-    Store<2>();
-    FinishRows(before[0], scratch, 0, kSide);
-    FinishRows(before[1], scratch + 2 * kSide * kSide, 0, kSide);
+    FinishRows<kAdd, kSide>(before[0], 0);  // there are at least two: pairs is even
+    FinishRows<kAdd, kSide>(before[1], 0);
+  }
+
+  template <bool kAdd>
+  void RunByDepth() const {
+    if (depth == 1) return RunHeld<kAdd>();
+    if (depth == 2) return Run<kAdd, 2>();
+    if (depth == 4) return Run<kAdd, 4>();
+    Run<kAdd, 0>();
   }
 };
 
 void Rows(const RowJob& job, void* scratch) {
   const PackedConvolution& layer = *job.layer;
   if (layer.out_rows == 1) return SameRows(job, scratch);
-  const int pairs = layer.columns / kInner, depth = DepthTiles(layer);
+  float* const sums = static_cast<float*>(scratch);
+  float* const adds = sums + UpRows::kSlots * 2 * kSide * kSide;
   const UpRows rows = {job,
-                       pairs,
+                       layer.columns / kInner,
                        layer.columns / 2,
-                       pairs / 2,
-                       depth,
+                       DepthTiles(layer),
+                       (layer.count + kSide - 1) / kSide,
                        static_cast<int64_t>(layer.channels) * 2,
                        _mm512_set1_ps(layer.slope),
-                       static_cast<float*>(scratch)};
-  const int units = (layer.count + kSide - 1) / kSide * pairs;  // even, as pairs is
-  if (depth == 1) return rows.Run<1>(units);
-  if (depth == 2) return rows.Run<2>(units);
-  if (depth == 4) return rows.Run<4>(units);
-  rows.Run<0>(units);
+                       sums,
+                       adds};
+  if (job.add == nullptr) return rows.RunByDepth<false>();
+  for (int n = 0; n < rows.part; ++n) {
+    const int within = n % kInner;
+    adds[n - within + within / 2 + within % 2 * kSide] = job.add[n % job.add_count];
+  }
+  rows.RunByDepth<true>();
 }
 
 // Colours of kUp, 16 columns: two rows' two texels. For four result rows, sums become 16-bit by two packs, in the order
@@ -374,115 +421,136 @@ bool PackTilePixelBias(const float* const* rows, const PackedConvolution& layer,
   return fits;
 }
 
-// 16 result rows to two lines.
+// Four result rows, from row i of a unit on, to two lines.
 template <bool kHalf>
-inline void FinishPixels(const float* sums, const int16_t* bias, uint8_t* const lines[2]) {
+__attribute__((always_inline)) inline void FinishPixels(const float* sums, const int16_t* bias, uint8_t* const* lines,
+                                                        int i) {
   const __m512i order = _mm512_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15);
-  for (int i = 0; i < kSide; i += 4) {
-    _mm_prefetch(reinterpret_cast<const char*>(bias + i * kSide) + kPrefetchBytes, _MM_HINT_T0);
-    _mm_prefetch(reinterpret_cast<const char*>(bias + i * kSide) + kPrefetchBytes + 64, _MM_HINT_T0);
-    const auto sum = [&](int row) { return _mm512_cvtps_epi32(_mm512_load_ps(sums + (i + row) * kSide)); };
-    const auto two = [&](int row) {
-      return _mm512_adds_epi16(_mm512_packs_epi32(sum(row), sum(row + 1)),
-                               _mm512_loadu_si512(bias + (i + row) * kSide));
-    };
-    const __m512i first = two(0), second = two(2);
-    if constexpr (!kHalf) {
-      const __m512i bytes = _mm512_permutexvar_epi32(
-          order, _mm512_packus_epi16(_mm512_srai_epi16(first, kPixelShift), _mm512_srai_epi16(second, kPixelShift)));
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(lines[0] + i * 8), _mm512_castsi512_si256(bytes));
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(lines[1] + i * 8), _mm512_extracti64x4_epi64(bytes, 1));
-    } else {
-      // Texels of 4 x 16 bits, in the pieces' order: [piece][result row]
-      const __m512i rows01 = _mm512_setr_epi64(0, 2, 1, 3, 4, 6, 5, 7);
-      const __m512i texels[2] = {_mm512_permutexvar_epi64(rows01, first), _mm512_permutexvar_epi64(rows01, second)};
-      for (int half = 0; half < 2; ++half) {
-        for (int r = 0; r < 2; ++r) {
-          const __m256i part =
-              r == 0 ? _mm512_castsi512_si256(texels[half]) : _mm512_extracti64x4_epi64(texels[half], 1);
-          const __m512 value = _mm512_sub_ps(_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(part)), _mm512_set1_ps(32));
-          const __m256i out =
-              _mm512_cvtps_ph(_mm512_mul_ps(value, _mm512_set1_ps(1 / (255 * kPixelSteps))), _MM_FROUND_TO_NEAREST_INT);
-          _mm256_storeu_si256(reinterpret_cast<__m256i*>(lines[r] + i * 16 + half * 32), out);
-        }
+  _mm_prefetch(reinterpret_cast<const char*>(bias + i * kSide) + kPrefetchBytes, _MM_HINT_T0);
+  _mm_prefetch(reinterpret_cast<const char*>(bias + i * kSide) + kPrefetchBytes + 64, _MM_HINT_T0);
+  const auto sum = [&](int row) { return _mm512_cvtps_epi32(_mm512_load_ps(sums + (i + row) * kSide)); };
+  const auto two = [&](int row) {
+    return _mm512_adds_epi16(_mm512_packs_epi32(sum(row), sum(row + 1)), _mm512_loadu_si512(bias + (i + row) * kSide));
+  };
+  const __m512i first = two(0), second = two(2);
+  if constexpr (!kHalf) {
+    const __m512i bytes = _mm512_permutexvar_epi32(
+        order, _mm512_packus_epi16(_mm512_srai_epi16(first, kPixelShift), _mm512_srai_epi16(second, kPixelShift)));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(lines[0] + i * 8), _mm512_castsi512_si256(bytes));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(lines[1] + i * 8), _mm512_extracti64x4_epi64(bytes, 1));
+  } else {
+    // Texels of 4 x 16 bits: [piece][result row] -> [output row][result row][texel]
+    const __m512i rows01 = _mm512_setr_epi64(0, 2, 1, 3, 4, 6, 5, 7);
+    const __m512i texels[2] = {_mm512_permutexvar_epi64(rows01, first), _mm512_permutexvar_epi64(rows01, second)};
+    for (int half = 0; half < 2; ++half) {
+      for (int r = 0; r < 2; ++r) {
+        const __m256i part = r == 0 ? _mm512_castsi512_si256(texels[half]) : _mm512_extracti64x4_epi64(texels[half], 1);
+        const __m512 value = _mm512_sub_ps(_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(part)), _mm512_set1_ps(32));
+        const __m256i out =
+            _mm512_cvtps_ph(_mm512_mul_ps(value, _mm512_set1_ps(1 / (255 * kPixelSteps))), _MM_FROUND_TO_NEAREST_INT);
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(lines[r] + i * 16 + half * 32), out);
       }
     }
   }
 }
 
 template <bool kHalf>
-inline void UpPixels(const PixelJob& job, void* scratch) {
+struct UpPixels {
+  const PixelJob& job;
+  const int depth, units;
+  const int64_t step;
+  float* const sums;  // [kSlots][16][16]
+  uint8_t* const line;
+  const int64_t pitch;
+
+  static constexpr int kSlots = 4;
+  static constexpr int kTexelBytes = kHalf ? 8 : 4;
+
+  float* Slot(int unit) const { return sums + unit % kSlots * (kSide * kSide); }
+  const uint16_t* A(int dy, int unit) const {
+    return static_cast<const uint16_t*>(job.in[dy]) + static_cast<int64_t>(unit) * kSide * job.layer->channels;
+  }
+  __attribute__((always_inline)) inline void Finish(int unit, int i) const {
+    const int64_t at = static_cast<int64_t>(unit) * 2 * kSide * kTexelBytes;
+    uint8_t* const lines[2] = {line + at, line + pitch + at};
+    FinishPixels<kHalf>(Slot(unit), static_cast<const int16_t*>(job.bias) + static_cast<int64_t>(unit) * kSide * kSide,
+                        lines, i);
+  }
+
+  // 16 channels: both tiles of weights stay where they are. Interleaved as above.
+  template <bool kFinish>
+  __attribute__((always_inline)) inline void HeldStep(int unit) const {
+    _tile_zero(0);
+    _tile_loadd(4, A(0, unit), step);
+    if constexpr (kFinish) Finish(unit - 2, 0);
+    _tile_dpbf16ps(0, 4, 6);
+    if constexpr (kFinish) Finish(unit - 2, 4);
+    _tile_loadd(5, A(1, unit), step);
+    if constexpr (kFinish) Finish(unit - 2, 8);
+    _tile_dpbf16ps(0, 5, 7);
+    if constexpr (kFinish) Finish(unit - 2, 12);
+    _tile_stored(0, Slot(unit), 64);
+  }
+
+  void Multiply(int unit) const {
+    const uint16_t* weights = static_cast<const uint16_t*>(job.layer->weights);
+    _tile_zero(0);
+    for (int dy = 0; dy < 2; ++dy) {
+      for (int k = 0; k < depth; ++k, weights += kTile) {
+        _tile_loadd(4, A(dy, unit) + k * kInner, step);
+        _tile_loadd(5, weights, 64);
+        _tile_dpbf16ps(0, 4, 5);
+      }
+    }
+    _tile_stored(0, Slot(unit), 64);
+  }
+
+  void FinishUnit(int unit) const {
+    for (int i = 0; unit >= 0 && i < kSide; i += 4) Finish(unit, i);
+  }
+
+  void Run() const {
+    if (depth == 1) {
+      const uint16_t* const weights = static_cast<const uint16_t*>(job.layer->weights);
+      _tile_loadd(6, weights, 64);
+      _tile_loadd(7, weights + kTile, 64);
+      for (int unit = 0; unit < units && unit < 2; ++unit) HeldStep<false>(unit);
+      for (int unit = 2; unit < units; ++unit) HeldStep<true>(unit);
+    } else {
+      for (int unit = 0; unit < units; ++unit) {
+        Multiply(unit);
+        FinishUnit(unit - 2);
+      }
+    }
+    FinishUnit(units - 2);
+    FinishUnit(units - 1);
+    for (int r = 0; r < 2; ++r) {
+      if (job.pixels[r] == nullptr) continue;
+      const uint8_t* const from = line + r * pitch - static_cast<int64_t>(job.first_texel) * kTexelBytes;
+      __builtin_memcpy(job.pixels[r], from, static_cast<size_t>(job.size) * kTexelBytes);
+    }
+  }
+};
+
+template <bool kHalf>
+void RunUpPixels(const PixelJob& job, void* scratch) {
+  using Work = UpPixels<kHalf>;
   const PackedConvolution& layer = *job.layer;
-  constexpr int kTexelBytes = kHalf ? 8 : 4;
-  float* const sums = static_cast<float*>(scratch);  // two units of a tile
-  uint8_t* const line = reinterpret_cast<uint8_t*>(sums + 2 * kSide * kSide);
-  const int64_t pitch = static_cast<int64_t>(2 * (layer.count + kRowSlack)) * kTexelBytes;
-  const int64_t step = static_cast<int64_t>(layer.channels) * 2;
-  const uint16_t* const weights = static_cast<const uint16_t*>(layer.weights);
-  const int depth = DepthTiles(layer), units = (layer.count + kSide - 1) / kSide;
-  const bool held = depth == 1;
-  if (held) {
-    _tile_loadd(6, weights, 64);
-    _tile_loadd(7, weights + kTile, 64);
-  }
-  const auto finish = [&](int unit) {
-    uint8_t* const lines[2] = {line + static_cast<int64_t>(unit) * 2 * kSide * kTexelBytes,
-                               line + pitch + static_cast<int64_t>(unit) * 2 * kSide * kTexelBytes};
-    FinishPixels<kHalf>(sums + unit % 2 * kSide * kSide,
-                        static_cast<const int16_t*>(job.bias) + static_cast<int64_t>(unit) * kSide * kSide, lines);
-  };
-  const auto window = [&](int dy, int unit) {
-    return static_cast<const uint16_t*>(job.in[dy]) + static_cast<int64_t>(unit) * kSide * layer.channels;
-  };
-  // The same three stages as above.
-  for (int unit = 0; unit < units + 2; ++unit) {
-    const bool even = unit % 2 == 0;
-    if (unit > 0 && unit <= units) {
-      if (even) {
-        _tile_stored(1, sums + kSide * kSide, 64);
-      } else {
-        _tile_stored(0, sums, 64);
-      }
-    }
-    if (unit < units) {
-      if (even) {
-        _tile_zero(0);
-      } else {
-        _tile_zero(1);
-      }
-      for (int dy = 0; dy < 2; ++dy) {
-        for (int k = 0; k < depth; ++k) {
-          _tile_loadd(4, window(dy, unit) + k * kInner, step);
-          if (!held) _tile_loadd(6, weights + static_cast<int64_t>(dy * depth + k) * kTile, 64);
-          if (even) {
-            if (held && dy == 1) {
-              _tile_dpbf16ps(0, 4, 7);
-            } else {
-              _tile_dpbf16ps(0, 4, 6);
-            }
-          } else {
-            if (held && dy == 1) {
-              _tile_dpbf16ps(1, 4, 7);
-            } else {
-              _tile_dpbf16ps(1, 4, 6);
-            }
-          }
-        }
-      }
-    }
-    if (unit >= 2) finish(unit - 2);
-  }
-  for (int r = 0; r < 2; ++r) {
-    if (job.pixels[r] == nullptr) continue;
-    const uint8_t* const from = line + r * pitch - static_cast<int64_t>(job.first_texel) * kTexelBytes;
-    __builtin_memcpy(job.pixels[r], from, static_cast<size_t>(job.size) * kTexelBytes);
-  }
+  float* const sums = static_cast<float*>(scratch);
+  const Work work = {job,
+                     DepthTiles(layer),
+                     (layer.count + kSide - 1) / kSide,
+                     static_cast<int64_t>(layer.channels) * 2,
+                     sums,
+                     reinterpret_cast<uint8_t*>(sums + Work::kSlots * kSide * kSide),
+                     static_cast<int64_t>(2 * (layer.count + kRowSlack)) * Work::kTexelBytes};
+  work.Run();
 }
 
 void TilePixels(const PixelJob& job, void* scratch) {
   if (job.layer->out_rows == 1) return Pixels(job, scratch);
-  if (job.format == PixelFormat::kRgba16F) return UpPixels<true>(job, scratch);
-  UpPixels<false>(job, scratch);
+  if (job.format == PixelFormat::kRgba16F) return RunUpPixels<true>(job, scratch);
+  RunUpPixels<false>(job, scratch);
 }
 
 void StoreFeatures(const float* values, int count, void* features) {

@@ -35,7 +35,7 @@ void Convert(const float* values, int count, PixelFormat format, void* pixels) {
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + i), bytes);
   }
   for (; i < end; ++i) {
-    const float v = values[i] < 0 ? 0 : values[i] > 255 ? 255 : values[i];
+    const float v = !(values[i] > 0) ? 0 : values[i] > 255 ? 255 : values[i];
     to[i] = static_cast<uint8_t>(v + 0.5f);
   }
 }

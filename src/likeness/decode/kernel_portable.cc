@@ -43,7 +43,7 @@ void Convert(const float* values, int count, PixelFormat format, void* pixels) {
   if (format == PixelFormat::kRgba8) {
     uint8_t* const to = static_cast<uint8_t*>(pixels);
     for (int i = 0; i < 4 * count; ++i) {
-      const float v = values[i] < 0 ? 0 : values[i] > 255 ? 255 : values[i];
+      const float v = !(values[i] > 0) ? 0 : values[i] > 255 ? 255 : values[i];
       to[i] = static_cast<uint8_t>(v + 0.5f);
     }
     return;

@@ -39,10 +39,17 @@ constexpr int kSpinsBeforeYield = 20'000;  // about a millisecond
 
 Team::Team(const Options& options) : options_(options) {
   if (options_.parallel != nullptr) return;
-  for (int t = 1; t < options_.threads; ++t) workers_.emplace_back([this, t] { WorkAlong(t); });
+  try {
+    for (int t = 1; t < options_.threads; ++t) workers_.emplace_back([this, t] { WorkAlong(t); });
+  } catch (...) {
+    Stop();
+    throw;
+  }
 }
 
-Team::~Team() {
+Team::~Team() { Stop(); }
+
+void Team::Stop() {
   stop_ = true;
   frame_.fetch_add(1);
   frame_.notify_all();

@@ -45,9 +45,9 @@ class Team {
   void Run(Work& work, int phases);
 
  private:
+  void Stop();
   void WorkAlong(int thread);
   void Share(Work& work, int phases, int thread);
-  void Wait(int phase);
 
   const Options options_;
   Work* work_ = nullptr;
