@@ -2,6 +2,13 @@
 include(CMakePackageConfigHelpers)
 get_property(_libraries GLOBAL PROPERTY LIKENESS_LIBRARIES)
 install(TARGETS ${_libraries} EXPORT LikenessTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+# The run-time library for C and other languages, found by pkg-config too, wherever the installed files are moved.
+install(TARGETS likeness_runtime LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(FILES src/likeness/decode/likeness.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES examples/decode.c DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
+file(RELATIVE_PATH LIKENESS_PREFIX_FROM_PC "/prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig" /prefix)
+configure_file(cmake/likeness.pc.in "${CMAKE_CURRENT_BINARY_DIR}/likeness.pc" @ONLY)
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/likeness.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(TARGETS likeness_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY src/likeness DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 set(_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Likeness")

@@ -262,6 +262,8 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("architecture", "family", ArchitectureToJson(SmallFamily().architecture));
   seed("avatar", "header", HeaderOf(avatar, folder / "scratch.avatar"));
   seed("avatar", "family", HeaderOf(SmallFamily(), folder / "scratch.avatar"));
+  seed("decoder", "header", HeaderOf(avatar, folder / "scratch.avatar"));
+  seed("decoder", "family", HeaderOf(SmallFamily(), folder / "scratch.avatar"));
 }
 
 }  // namespace

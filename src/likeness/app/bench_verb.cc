@@ -20,6 +20,7 @@ struct BenchEntry {
 };
 
 const std::vector<BenchEntry> kBenches = {
+    {"decode", RunBenchDecode, "codes to textures and meshes at run time, with each kernel"},
     {"simulate", RunBenchSimulate, "a frame of 40 cameras, on one thread"},
 #ifdef LIKENESS_TRAIN
     {"train", RunBenchTrain, "training steps"},

@@ -13,6 +13,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/base/mapped_file.h"
 
 namespace likeness {
 
@@ -139,8 +140,20 @@ void WriteSafetensors(const std::filesystem::path& path, const std::vector<Tenso
 
 SafetensorsFile::SafetensorsFile(const std::filesystem::path& path) : SafetensorsFile(path, ReadFile(path)) {}
 
+SafetensorsFile SafetensorsFile::Map(const std::filesystem::path& path) {
+  const auto mapped = std::make_shared<const MappedFile>(path);
+  return {path, mapped->bytes(), mapped};
+}
+
 SafetensorsFile::SafetensorsFile(std::filesystem::path path_for_errors, std::string bytes)
-    : path_(std::move(path_for_errors)), bytes_(std::move(bytes)) {
+    : SafetensorsFile(std::move(path_for_errors), std::make_shared<const std::string>(std::move(bytes))) {}
+
+SafetensorsFile::SafetensorsFile(std::filesystem::path path_for_errors, std::shared_ptr<const std::string> bytes)
+    : SafetensorsFile(std::move(path_for_errors), *bytes, bytes) {}
+
+SafetensorsFile::SafetensorsFile(std::filesystem::path path_for_errors, std::string_view bytes,
+                                 std::shared_ptr<const void> owner)
+    : path_(std::move(path_for_errors)), owner_(std::move(owner)), bytes_(bytes) {
   if (bytes_.size() < kLengthBytes) throw FileError(path_, "is too short for a safetensors file");
   uint64_t length = 0;
   std::memcpy(&length, bytes_.data(), sizeof(length));
@@ -150,7 +163,7 @@ SafetensorsFile::SafetensorsFile(std::filesystem::path path_for_errors, std::str
                                        length, bytes_.size() - kLengthBytes));
   }
   try {
-    ParseHeader(std::string_view(bytes_).substr(kLengthBytes, length), kLengthBytes + length);
+    ParseHeader(bytes_.substr(kLengthBytes, length), kLengthBytes + length);
   } catch (const json::exception& error) {
     throw FileError(path_, fmt::format("the safetensors header is not understood: {}", error.what()));
   } catch (const Error& error) {

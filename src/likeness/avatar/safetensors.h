@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -46,6 +47,10 @@ class SafetensorsFile {
   // Throws Error naming the file.
   explicit SafetensorsFile(const std::filesystem::path& path);
   SafetensorsFile(std::filesystem::path path_for_errors, std::string bytes);
+  // Bytes that `owner` keeps in memory, or the caller does where that is null.
+  SafetensorsFile(std::filesystem::path path_for_errors, std::string_view bytes, std::shared_ptr<const void> owner);
+  // The file is mapped, not read: tensors that nobody asks for are never touched.
+  static SafetensorsFile Map(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
   const std::map<std::string, std::string>& metadata() const { return metadata_; }
@@ -65,6 +70,7 @@ class SafetensorsFile {
   std::vector<int32_t> Integers(const std::string& name, const std::vector<int64_t>& shape) const;
 
  private:
+  SafetensorsFile(std::filesystem::path path_for_errors, std::shared_ptr<const std::string> bytes);
   struct Entry {
     DType dtype = DType::kF32;
     std::vector<int64_t> shape;
@@ -76,7 +82,8 @@ class SafetensorsFile {
   const Entry& Find(const std::string& name, DType dtype, const std::vector<int64_t>& shape) const;
 
   std::filesystem::path path_;
-  std::string bytes_;
+  std::shared_ptr<const void> owner_;
+  std::string_view bytes_;
   std::map<std::string, std::string> metadata_;
   std::map<std::string, Entry> entries_;
 };

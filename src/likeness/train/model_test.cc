@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "likeness/avatar/plain_network.h"
 #include "likeness/avatar/tensor_registry.h"
 #include "likeness/base/random.h"
 #include "likeness/base/testing.h"
-#include "likeness/train/plain_network.h"
 
 namespace likeness {
 namespace {

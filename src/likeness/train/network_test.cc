@@ -6,8 +6,8 @@
 
 #include <functional>
 
+#include "likeness/avatar/plain_network.h"
 #include "likeness/base/random.h"
-#include "likeness/train/plain_network.h"
 
 namespace likeness {
 namespace {

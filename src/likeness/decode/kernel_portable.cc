@@ -1,0 +1,94 @@
+// Plain C++, for any processor; everything in float32: what the other kernels are measured by.
+
+#include <stdint.h>
+
+#define LIKENESS_VECTOR_BYTES 16
+#define LIKENESS_TILE_ROWS 6
+#include "likeness/decode/float_kernel_impl.h"
+
+namespace likeness {
+namespace {
+
+inline Vector LoadHalf(const Half* from) { return Load(from); }
+
+inline void AddEight(const float* sums, const Half* bias, float* to) {
+  for (int i = 0; i < 8; ++i) to[i] = sums[i] + bias[i];
+}
+
+bool PackBias(const float* values, int count, void* packed) {
+  for (int i = 0; i < count; ++i) static_cast<Half*>(packed)[i] = values[i];
+  return true;
+}
+
+bool PackDense(const float* values, int64_t count, void* packed) {
+  for (int64_t i = 0; i < count; ++i) static_cast<Half*>(packed)[i] = values[i];
+  return true;
+}
+
+// Rounds to nearest, ties to even. What is too large becomes the largest finite value.
+inline uint16_t HalfFloat(float value) {
+  constexpr float kLargest = 65504;
+  const float clamped = value < -kLargest ? -kLargest : value > kLargest ? kLargest : value;
+  const uint32_t bits = __builtin_bit_cast(uint32_t, clamped);
+  const uint32_t sign = bits >> 16 & 0x8000, magnitude = bits & 0x7fffffff;
+  if (magnitude < 0x38800000) {  // below the smallest normal one: multiples of 2^-24
+    const float scaled = __builtin_bit_cast(float, magnitude) * 16777216.0f;
+    return static_cast<uint16_t>(sign | static_cast<uint32_t>(__builtin_rintf(scaled)));
+  }
+  const uint32_t rounded = magnitude + 0xfff + (magnitude >> 13 & 1);
+  return static_cast<uint16_t>(sign | ((rounded - 0x38000000) >> 13));
+}
+
+void Convert(const float* values, int count, PixelFormat format, void* pixels) {
+  if (format == PixelFormat::kRgba8) {
+    uint8_t* const to = static_cast<uint8_t*>(pixels);
+    for (int i = 0; i < 4 * count; ++i) {
+      const float v = !(values[i] > 0) ? 0 : values[i] > 255 ? 255 : values[i];
+      to[i] = static_cast<uint8_t>(v + 0.5f);
+    }
+    return;
+  }
+  uint16_t* const to = static_cast<uint16_t*>(pixels);
+  for (int i = 0; i < 4 * count; ++i) to[i] = HalfFloat(values[i] * (1 / 255.0f));
+}
+
+bool Available() { return true; }
+#if defined(__SSE2__)
+// Numbers too small to be normal count as zero: they would cost a hundred times the time.
+unsigned Enter() {
+  const unsigned mode = __builtin_ia32_stmxcsr();
+  __builtin_ia32_ldmxcsr(mode | 0x8040);
+  return mode;
+}
+void Leave(unsigned mode) { __builtin_ia32_ldmxcsr(mode); }
+#else
+unsigned Enter() { return 0; }
+void Leave(unsigned) {}
+#endif
+
+}  // namespace
+
+extern const Kernel kKernel_portable;
+const Kernel kKernel_portable = {"portable",
+                                 true,
+                                 4,
+                                 4,
+                                 4,
+                                 Available,
+                                 Enter,
+                                 Leave,
+                                 WeightBytes,
+                                 PackWeights,
+                                 PackBias,
+                                 PixelBiasBytes,
+                                 PackPixelBias,
+                                 PackDense,
+                                 StoreFeatures,
+                                 Rows,
+                                 Pixels,
+                                 Block,
+                                 Finish,
+                                 Dense,
+                                 Convert};
+
+}  // namespace likeness
