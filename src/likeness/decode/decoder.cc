@@ -78,7 +78,7 @@ std::unique_ptr<Decoder> Decoder::Open(const std::filesystem::path& avatar_file,
 
 Decoder::Decoder(SafetensorsFile file, const DecoderOptions& options) {
   options.Check();
-  const DecoderNetwork network = NetworkFrom(std::move(file), options.display);
+  const DecoderNetwork network = NetworkFrom(std::move(file), options.display, options.person);
   architecture_ = network.architecture;
   mean_code_ = network.mean_code;
   triangles_ = network.triangles;

@@ -25,6 +25,7 @@ struct DecoderOptions {
   int threads = 2;     // 1 to 64; 0: as many as there are cores, up to 8
   bool pin = true;     // own threads to cores
   double spin_ms = 2;  // own threads wait so long for the next frame before they sleep
+  int person = 0;      // whose face, of an avatar of several people; named conditions stay at their means
   DisplayTransform display;
   ParallelCallback parallel = nullptr;  // the caller's pool, in place of own threads
   void* pool = nullptr;

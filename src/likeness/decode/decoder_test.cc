@@ -62,6 +62,21 @@ std::vector<Choice> Choices() {
     a.conditioning = Conditioning::kFc8All;
   }));
   choices.push_back(Choose("linear", [](Architecture& a) { a.model = ModelKind::kLinear; }));
+  choices.push_back(Choose("people", [](Architecture& a) {
+    a.identities = 3;
+    a.identity = IdentityConditioning::kOneHot;
+  }));
+  choices.push_back(Choose("learned people with a condition", [](Architecture& a) {
+    a.identities = 2;
+    a.identity = IdentityConditioning::kLearned;
+    a.identity_size = 5;
+    a.conditions = {{"gaze", 6}};
+  }));
+  choices.push_back(Choose("linear people", [](Architecture& a) {
+    a.model = ModelKind::kLinear;
+    a.identities = 2;
+    a.identity = IdentityConditioning::kOneHot;
+  }));
   choices.push_back(Choose("bilinear", [](Architecture& a) { a.model = ModelKind::kBilinear; }));
   return choices;
 }
@@ -82,21 +97,27 @@ struct Truth {
   std::vector<double> vertices;
 };
 
+int LastPerson(const Avatar& avatar) { return avatar.architecture.identities - 1; }
+
+// Of the last person, under the named conditions' means.
 Truth TruthOf(const Avatar& avatar, const std::vector<float>& code) {
   const PlainNetwork plain{avatar.architecture, avatar.weights};
+  const std::vector<double> condition =
+      plain.Condition(LastPerson(avatar), std::vector<double>(NamedChannels(avatar.architecture), 0.0));
+  const Identity& person = avatar.identities.back();
   const std::vector<double> z(code.begin(), code.end());
   Truth truth;
   const int area = avatar.architecture.texture_size * avatar.architecture.texture_size;
   for (int v = 0; v < 2; ++v) {
-    const std::vector<double> texture = plain.DecodeTexture(z, {kViews[v][0], kViews[v][1], kViews[v][2]});
+    const std::vector<double> texture = plain.DecodeTexture(z, {kViews[v][0], kViews[v][1], kViews[v][2]}, condition);
     for (int i = 0; i < 3 * area; ++i) {
       truth.texture[v].push_back(texture[i % 3 * area + i / 3] * std::sqrt(avatar.texture_variance) +
-                                 avatar.texture_mean.values()[i]);
+                                 person.texture_mean.values()[i]);
     }
   }
-  truth.vertices = plain.DecodeVertices(z);
+  truth.vertices = plain.DecodeVertices(z, condition);
   for (size_t i = 0; i < truth.vertices.size(); ++i) {
-    truth.vertices[i] = truth.vertices[i] * std::sqrt(avatar.vertex_variance) + avatar.vertex_mean.data()[i];
+    truth.vertices[i] = truth.vertices[i] * std::sqrt(avatar.vertex_variance) + person.vertex_mean.data()[i];
   }
   return truth;
 }
@@ -178,6 +199,7 @@ TEST_P(DecoderChoice, EveryKernelEqualsThePlainNetwork) {
     SCOPED_TRACE(kernel->name);
     DecoderOptions options;
     options.kernel = kernel->name;
+    options.person = LastPerson(avatar);
     const auto decoder = Decoder::Open(file, options);
     const Frame frame = DecodeFrame(*decoder, code);
     const bool exact = kernel->name == std::string("portable");
@@ -238,6 +260,18 @@ TEST(Decoder, BytesDoNotDependOnThreads) {
     }
     EXPECT_GT(calls, 0);
   }
+}
+
+TEST(Decoder, PeopleThatItCannotShowAreRefused) {
+  Architecture a = Choose("", [](Architecture& people) {
+                     people.identities = 2;
+                     people.identity = IdentityConditioning::kOneHot;
+                   }).architecture;
+  DecoderOptions options;
+  options.person = 2;
+  EXPECT_THAT(ErrorOf([&] { Decoder::Open(FileOf(RandomAvatar(a, 8)), options); }), HasSubstr("there is no person 2"));
+  a.model = ModelKind::kBilinear;
+  EXPECT_THAT(ErrorOf([&] { Decoder::Open(FileOf(RandomAvatar(a, 8))); }), HasSubstr("bilinear"));
 }
 
 TEST(Decoder, PartsOfAFrameEqualTheWhole) {

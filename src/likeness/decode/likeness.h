@@ -53,6 +53,7 @@ typedef struct likeness_options {
   float offset[3];
   likeness_parallel parallel; /* NULL: own threads */
   void* pool;                 /* handed to `parallel` */
+  int32_t person;             /* whose face, of an avatar of several people: from 0, in the file's order */
 } likeness_options;
 
 /* Sets the defaults: 2 threads, "auto", pinned, 2 ms, colours as they are. */

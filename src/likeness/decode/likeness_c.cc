@@ -58,6 +58,7 @@ likeness::DecoderOptions OptionsFrom(const likeness_options* given) {
   std::copy_n(all.offset, 3, options.display.offset.begin());
   options.parallel = all.parallel;
   options.pool = all.pool;
+  options.person = all.person;
   return options;
 }
 

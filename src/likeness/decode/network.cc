@@ -155,8 +155,43 @@ void SplitInner(Reader& reader, DecoderNetwork& network) {
   }
 }
 
-void ReadTexels(Reader& reader, DecoderNetwork& network) {
+// The condition vector (avatar/conditions.h) of a person under the named conditions' means, whose part of it is 0.
+std::vector<float> ConditionOf(Reader& reader, const Architecture& a, int person) {
+  std::vector<float> condition(ConditionChannels(a), 0.0f);
+  if (a.identity == IdentityConditioning::kOneHot) condition[person] = 1;
+  if (a.identity == IdentityConditioning::kLearned) {
+    const std::span<const float> vectors = reader.Floats(kIdentityVectors, {a.identities, a.identity_size});
+    std::copy_n(vectors.begin() + static_cast<ptrdiff_t>(person) * a.identity_size, a.identity_size, condition.begin());
+  }
+  return condition;
+}
+
+// Drops the last columns, which meet a constant: what they give goes into the bias.
+void FoldCondition(std::span<const float> condition, DenseLayer* layer) {
+  if (layer->empty() || condition.empty()) return;
+  const size_t in = layer->in, kept = in - condition.size();
+  std::vector<float> weight;
+  for (int o = 0; o < layer->out; ++o) {
+    const float* const row = layer->weight.data() + o * in;
+    weight.insert(weight.end(), row, row + kept);
+    for (size_t i = 0; i < condition.size(); ++i) layer->bias[o] += row[kept + i] * condition[i];
+  }
+  layer->weight = std::move(weight);
+  layer->in = static_cast<int>(kept);
+}
+
+// The person's own row of a table that has one for each where there are several.
+std::span<const float> OwnMean(Reader& reader, const Architecture& a, int person, const char* name,
+                               std::vector<int64_t> shape) {
+  const auto count = static_cast<size_t>(ElementCount(shape));
+  if (a.identities == 1) return reader.Floats(name, shape);
+  shape.insert(shape.begin(), a.identities);
+  return reader.Floats(name, shape).subspan(person * count, count);
+}
+
+void ReadTexels(Reader& reader, DecoderNetwork& network, std::span<const float> condition) {
   network.texels = reader.Dense("decoder.texture_fc", 1);
+  FoldCondition(condition, &network.texels);
   DenseLayer& texels = network.texels;
   for (int o = 0; o < texels.out; ++o) {
     const float gain = network.gain[o % 3];
@@ -165,10 +200,11 @@ void ReadTexels(Reader& reader, DecoderNetwork& network) {
   }
 }
 
-void ReadMesh(Reader& reader, DecoderNetwork& network) {
+void ReadMesh(Reader& reader, DecoderNetwork& network, int person) {
   const float deviation = static_cast<float>(std::sqrt(reader.Number("vertex.variance")));
   network.mesh = reader.Dense("decoder.mesh_fc", 1);
-  const std::span<const float> mean = reader.Floats("vertex.mean", {network.architecture.vertex_count, 3});
+  const std::span<const float> mean =
+      OwnMean(reader, network.architecture, person, "vertex.mean", {network.architecture.vertex_count, 3});
   for (float& v : network.mesh.weight) v *= deviation;
   for (size_t i = 0; i < mean.size(); ++i) network.mesh.bias[i] = network.mesh.bias[i] * deviation + mean[i];
 }
@@ -223,15 +259,15 @@ void DecoderNetwork::BiasRow(const ConvolutionLayer& layer, int y, float* row) c
   for (int i = 0; i < 3 * size; ++i) row[i] = row[i] * gain[i % 3] + mean[i] * mean_gain[i % 3] + offset[i % 3];
 }
 
-DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& display) {
+DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& display, int person) {
   DecoderNetwork network(std::move(opened));
   const SafetensorsFile& file = network.file;
   const auto format = file.metadata().find("format");
   if (format == file.metadata().end() || format->second != "likeness-avatar") {
     throw FileError(file.path(), "is no avatar (its metadata lack format = likeness-avatar)");
   }
-  if (const std::string& version = file.Metadata("version"); version != "1" && version != "2") {
-    throw FileError(file.path(), fmt::format("is an avatar of version '{}'; this run time reads 1 and 2", version));
+  if (const std::string& version = file.Metadata("version"); version != "1" && version != "2" && version != "3") {
+    throw FileError(file.path(), fmt::format("is an avatar of version '{}'; this run time reads 1 to 3", version));
   }
   try {
     network.architecture = ArchitectureFromJson(file.Metadata("architecture"));
@@ -257,21 +293,33 @@ DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& displ
     }
   }
 
+  if (person < 0 || person >= a.identities) {
+    throw FileError(file.path(), fmt::format("shows {} people; there is no person {}", a.identities, person));
+  }
+  if (a.model == ModelKind::kBilinear && ConditionChannels(a) > 0) {
+    throw FileError(file.path(),
+                    "is a bilinear model of several people or with named conditions, which this run time "
+                    "does not decode; train a deep or a linear one");
+  }
+
   Reader reader(network);
+  const std::vector<float> condition = ConditionOf(reader, a, person);
   const float deviation = static_cast<float>(std::sqrt(reader.Number("texture.variance")));
-  network.texture_mean = reader.Floats("texture.mean", {a.texture_size, a.texture_size, 3});
+  network.texture_mean = OwnMean(reader, a, person, "texture.mean", {a.texture_size, a.texture_size, 3});
   network.mean_gain = display.gain;
   network.offset = display.offset;
   for (int c = 0; c < 3; ++c) network.gain[c] = display.gain[c] * deviation;
 
   network.code = a.model == ModelKind::kDeep ? reader.Dense("decoder.code_fc", kLeakySlope) : DenseLayer();
-  ReadMesh(reader, network);
+  FoldCondition(condition, &network.code);
+  ReadMesh(reader, network, person);
   if (a.model == ModelKind::kDeep) {
     network.view = reader.Dense("decoder.view_fc", kLeakySlope);
     SplitInner(reader, network);
     ReadConvolutions(reader, network);
   } else {
-    ReadTexels(reader, network);
+    FoldCondition(condition, &network.mesh);
+    ReadTexels(reader, network, condition);
   }
   ReadTopology(network);
   ReadCodes(reader, network);

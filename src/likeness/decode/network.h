@@ -52,7 +52,7 @@ struct ConvolutionLayer {
   int taps_a_side() const { return kind == Kind::kUp ? kKernel : kSameKernel; }
 };
 
-// An identity's or a condition's vector would join the code here, and in Plan's phase "features" alone.
+// Of one person, under the named conditions' means: what these add is folded into the layers that meet the code.
 struct DecoderNetwork {
   explicit DecoderNetwork(SafetensorsFile opened) : file(std::move(opened)) {}
 
@@ -87,7 +87,8 @@ struct DecoderNetwork {
   }
 };
 
+//   person  whose face, of an avatar of several people
 // Throws Error naming the file when it is no avatar, is damaged, or has what the run time does not know.
-DecoderNetwork NetworkFrom(SafetensorsFile file, const DisplayTransform& display);
+DecoderNetwork NetworkFrom(SafetensorsFile file, const DisplayTransform& display, int person);
 
 }  // namespace likeness

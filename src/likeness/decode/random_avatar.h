@@ -36,18 +36,31 @@ inline Avatar RandomAvatar(const Architecture& architecture, uint64_t seed) {
                                             values(ElementCount(layer.BiasShape()), 0, used ? 0.3 : 0)};
   }
   const int size = architecture.texture_size, vertices = architecture.vertex_count;
-  avatar.texture_mean = ImageF(size, size, 3);
-  for (float& v : avatar.texture_mean.values()) v = static_cast<float>(random.Uniform(80, 170));
+  avatar.identities.resize(architecture.identities);
+  for (Identity& identity : avatar.identities) {
+    if (architecture.identities > 1) identity.name = "person_" + std::to_string(&identity - avatar.identities.data());
+    identity.texture_mean = ImageF(size, size, 3);
+    for (float& v : identity.texture_mean.values()) v = static_cast<float>(random.Uniform(80, 170));
+    identity.vertex_mean = Vertices(vertices, 3);
+    for (int i = 0; i < 3 * vertices; ++i) {
+      identity.vertex_mean.data()[i] = static_cast<float>(random.Uniform(-100, 100));
+    }
+  }
   avatar.texture_variance = 900;
-  avatar.vertex_mean = Vertices(vertices, 3);
-  for (int i = 0; i < 3 * vertices; ++i) avatar.vertex_mean.data()[i] = static_cast<float>(random.Uniform(-100, 100));
   avatar.vertex_variance = 4;
   avatar.topology.vertex_count = vertices;
   avatar.topology.uvs = {{0, 0}, {1, 0}, {0, 1}};
   avatar.topology.triangles = {{0, 1 % vertices, 2 % vertices}};
   avatar.topology.triangle_uvs = {{0, 1, 2}};
+  if (architecture.identity == IdentityConditioning::kLearned) {
+    const int64_t people = architecture.identities, size_each = architecture.identity_size;
+    avatar.weights[kIdentityVectors] = {{people, size_each}, values(people * size_each, 0, 1)};
+  }
+  const int named = NamedChannels(architecture);
+  avatar.condition_mean = values(named, 0, 1);
+  avatar.condition_deviation.assign(named, 0.5f);
   for (int i = 0; i < 3; ++i) {
-    avatar.codes.push_back({"random", std::to_string(i), values(architecture.latent, 0, 1)});
+    avatar.codes.push_back({"random", std::to_string(i), values(architecture.latent, 0, 1), 0, values(named, 0, 1)});
   }
   return avatar;
 }
