@@ -13,25 +13,24 @@ using Half = uint16_t;
 
 inline float FromHalf(Half value) { return _cvtsh_ss(value); }
 
-bool PackBias(const float* values, int count, void* packed) {
-  constexpr float kLargest = 65504;
+// False where a value is beyond +-`most`.
+inline bool PackHalves(const float* values, int64_t count, float most, void* packed) {
   Half* const to = static_cast<Half*>(packed);
   bool fits = true;
-  for (int i = 0; i < count; ++i) {
-    fits = fits && values[i] >= -kLargest && values[i] <= kLargest;
+  for (int64_t i = 0; i < count; ++i) {
+    fits = fits && values[i] >= -most && values[i] <= most;
     to[i] = _cvtss_sh(values[i], _MM_FROUND_TO_NEAREST_INT);
   }
   return fits;
 }
 
-bool PackDense(const float* values, int64_t count, void* packed) {
-  constexpr int64_t kStep = 1 << 20;
-  bool fits = true;
-  for (int64_t i = 0; i < count; i += kStep) {
-    const int64_t step = count - i < kStep ? count - i : kStep;
-    fits = PackBias(values + i, static_cast<int>(step), static_cast<Half*>(packed) + i) && fits;
-  }
-  return fits;
+// Features are a few units large, colours up to 255: of what is larger, half precision would lose too much.
+inline bool PackBias(const float* values, int count, void* packed) { return PackHalves(values, count, 64, packed); }
+inline bool PackColours(const float* values, int count, void* packed) {
+  return PackHalves(values, count, 1024, packed);
+}
+inline bool PackDense(const float* values, int64_t count, void* packed) {
+  return PackHalves(values, count, 65504, packed);
 }
 
 // Colours from 0 to 1; what is too large becomes the largest finite value.

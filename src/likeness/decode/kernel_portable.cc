@@ -20,6 +20,8 @@ bool PackBias(const float* values, int count, void* packed) {
   return true;
 }
 
+bool PackColours(const float* values, int count, void* packed) { return PackBias(values, count, packed); }
+
 bool PackDense(const float* values, int64_t count, void* packed) {
   for (int64_t i = 0; i < count; ++i) static_cast<Half*>(packed)[i] = values[i];
   return true;

@@ -12,7 +12,7 @@ constexpr int kChunk = 24;  // result rows whose sums stay in the first-level ca
 // Sums of columns [first, first + columns) of result rows [row, row + count), to out [count][columns].
 void Multiply(const void* const* in, const PackedConvolution& layer, int first, int columns, int row, int count,
               float* out);
-bool PackBias(const float* values, int count, void* packed);
+bool PackColours(const float* values, int count, void* packed);
 void Convert(const float* values, int count, PixelFormat format, void* pixels);
 inline void AddEight(const float* sums, const Half* bias, float* to);  // to = sums + bias
 
@@ -28,7 +28,7 @@ bool PackPixelBias(const float* const* rows, const PackedConvolution& layer, voi
   bool fits = true;
   for (int r = 0; r < layer.out_rows; ++r) {
     Half* const to = static_cast<Half*>(packed) + static_cast<int64_t>(r) * (layer.count + kRowSlack) * part;
-    fits = PackBias(rows[r], layer.count * part, to) && fits;
+    fits = PackColours(rows[r], layer.count * part, to) && fits;
   }
   return fits;
 }
