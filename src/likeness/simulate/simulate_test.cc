@@ -109,7 +109,8 @@ TEST(SimulateTest, WritesGaze) {
   Simulate(options);
   const ConditionFile gaze(options.out, "gaze");
   ASSERT_EQ(gaze.size(), 6);
-  for (const FrameId& frame : OpenCapture(options.out)->frames()) {
+  const auto capture = OpenCapture(options.out);
+  for (const FrameId& frame : capture->frames()) {
     const std::vector<float>& eyes = gaze.Of(frame);
     for (const size_t eye : {0, 3}) {
       EXPECT_NEAR(Eigen::Map<const Eigen::Vector3f>(&eyes[eye]).norm(), 1, 1e-5);
