@@ -40,7 +40,8 @@ Command Describe(Arguments& arguments) {
   command.Choice("layout", &o.layout, LayoutNames(), "widths of the layers");
   command.Choice("upsampling", &o.upsampling, UpsamplingNames(), "how the decoder's convolutions double the side");
   command.Option("residual", &o.residual, "a residual convolution after each convolution");
-  command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
+  command.Choice("geometry", &o.geometry, GeometryNames(),
+                 "the mesh to predict; tracked: as the capture's meshes are, which likeness proxy makes coarser");
   command.Option("colours", &o.colours, "a colour gain and bias for each camera but the first");
   command.Option("colour-rate", &o.colour_rate, "their learning rate, times the network's");
   command.Option("iterations", &o.iterations, "end after so many steps; 0: no such limit");
