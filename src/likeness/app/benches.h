@@ -4,6 +4,7 @@
 
 namespace likeness {
 
+int RunBenchRenderLoss(int argc, const char* const* argv);  // with LibTorch
 int RunBenchSimulate(int argc, const char* const* argv);
 int RunBenchTrain(int argc, const char* const* argv);  // with LibTorch
 int RunBenchUnwrap(int argc, const char* const* argv);
