@@ -21,6 +21,9 @@ struct BenchEntry {
 
 const std::vector<BenchEntry> kBenches = {
     {"decode", RunBenchDecode, "codes to textures and meshes at run time, with each kernel"},
+#ifdef LIKENESS_TRAIN
+    {"render-loss", RunBenchRenderLoss, "the image loss of 16 crops, forward and backward"},
+#endif
     {"simulate", RunBenchSimulate, "a frame of 40 cameras, on one thread"},
 #ifdef LIKENESS_TRAIN
     {"train", RunBenchTrain, "training steps"},
@@ -31,7 +34,7 @@ const std::vector<BenchEntry> kBenches = {
 void PrintHelp() {
   fmt::print("Measures the speed of one part; medians of several runs.\n\n");
   fmt::print("usage: likeness bench NAME ...        likeness bench NAME --help shows its options\n\n");
-  for (const BenchEntry& bench : kBenches) fmt::print("  {:<10} {}\n", bench.name, bench.summary);
+  for (const BenchEntry& bench : kBenches) fmt::print("  {:<12} {}\n", bench.name, bench.summary);
   fmt::print("\nexample: likeness bench unwrap --json\n");
 }
 

@@ -29,6 +29,7 @@ const std::vector<VerbEntry> kVerbs = {
     {"convert", RunConvert, "copies a capture, or a part of it, into the layout that is written"},
     {"inspect", RunInspect, "says what a capture, a mesh or an avatar is, and draws a sheet of it"},
     {"validate", RunValidate, "finds what is wrong with a capture, and says what to do"},
+    {"proxy", RunProxy, "makes a capture with coarser meshes: smoothed, an ellipsoid, a board"},
     {"unwrap", RunUnwrap, "turns camera images into textures, their averages and statistics"},
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},

@@ -48,7 +48,8 @@ Command Describe(Arguments& arguments) {
                  "how the network is told whose face it is; auto: one-hot for several people");
   command.Option("identity-size", &o.identity_size, "values of a learned identity vector");
   command.Option("condition", &o.conditions, "tell the network CAPTURE/conditions/TEXT.csv; may be repeated");
-  command.Choice("geometry", &o.geometry, GeometryNames(), "the mesh to predict");
+  command.Choice("geometry", &o.geometry, GeometryNames(),
+                 "the mesh to predict; tracked: as the capture's meshes are, which likeness proxy makes coarser");
   command.Option("colours", &o.colours, "a colour gain and bias for each camera but the first");
   command.Option("colour-rate", &o.colour_rate, "their learning rate, times the network's");
   command.Option("iterations", &o.iterations, "end after so many steps; 0: no such limit");

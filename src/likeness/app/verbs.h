@@ -11,6 +11,7 @@ int RunImport(int argc, const char* const* argv);
 int RunExportCapture(int argc, const char* const* argv);
 int RunInspect(int argc, const char* const* argv);
 int RunConvert(int argc, const char* const* argv);
+int RunProxy(int argc, const char* const* argv);
 int RunValidate(int argc, const char* const* argv);
 int RunUnwrap(int argc, const char* const* argv);
 int RunTrain(int argc, const char* const* argv);

@@ -73,14 +73,6 @@ Enum Parse(const char* what, const std::string& text) {
   return static_cast<Enum>(found - names.begin());
 }
 
-template <typename Enum>
-void OnlyAvailable(const char* what, Enum value, std::initializer_list<Enum> available) {
-  if (std::find(available.begin(), available.end(), value) != available.end()) return;
-  std::vector<std::string> names;
-  for (const Enum one : available) names.push_back(Spelling(one));
-  throw Error("{} '{}' is not available yet; available: {}", what, Spelling(value), fmt::join(names, ", "));
-}
-
 constexpr int kPaperInnerSize = 4;
 constexpr int kMultifaceShrink = 256;  // eight halvings
 
@@ -106,7 +98,6 @@ void Architecture::Check() const {
     throw Error("texture size is {}; Multiface's layout halves it eight times: expected at least {}", texture_size,
                 kMultifaceShrink);
   }
-  OnlyAvailable("geometry", geometry, {Geometry::kTracked});
   InRange("identities", identities, 1, kMostIdentities);
   if (identity != IdentityConditioning::kNone && identities == 1) {
     throw Error("identity is '{}', which tells several people apart; there is one", ToString(identity));

@@ -1,7 +1,6 @@
 #include "likeness/capture/convert.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,11 +12,12 @@
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/interrupt.h"
-#include "likeness/base/json.h"
 #include "likeness/base/log.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
 #include "likeness/capture/carry_textures.h"
+#include "likeness/capture/derived_folder.h"
+#include "likeness/capture/proxy_record.h"
 #include "likeness/capture/writer.h"
 #include "likeness/image/image_io.h"
 #include "likeness/image/resize.h"
@@ -28,17 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-fs::path Absolute(const fs::path& path) {
-  std::error_code code;
-  fs::path absolute = fs::weakly_canonical(path, code);
-  if (code) absolute = fs::absolute(path).lexically_normal();
-  return absolute.has_filename() ? absolute : absolute.parent_path();
-}
-
-bool Contains(const fs::path& outer, const fs::path& inner) {
-  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
-}
-
 enum class Transfer { kLinked, kCopied };
 
 // Both ways the file appears under its final name only when it is whole.
@@ -48,7 +37,7 @@ Transfer TransferFile(const fs::path& from, const fs::path& to, bool link) {
       to,
       [&](const fs::path& temporary) {
         std::error_code code;
-        if (link) fs::create_hard_link(from, temporary, code);
+        if (link) fs::create_hard_link(fs::canonical(from), temporary, code);
         if (link && !code) {
           done = Transfer::kLinked;
         } else {
@@ -74,8 +63,8 @@ class Converter {
   }
 
   ConvertReport Run() {
-    CheckFolders();
-    WriteRecord();
+    CheckApart(source_.root(), options_.out);
+    ClaimFolder(options_.out, "convert.json", "converted", Describe());
     WriteTables();
     WriteMeshes();
     WriteValidMasks();
@@ -101,19 +90,12 @@ class Converter {
   }
 
  private:
-  void CheckFolders() const {
-    const fs::path from = Absolute(source_.root()), to = Absolute(options_.out);
-    if (Contains(from, to) || Contains(to, from)) {
-      throw Error("{} and {} lie in each other; name a folder outside of the source", from.string(), to.string());
-    }
-  }
-
   // What the files depend on.
   ordered_json Describe() const {
     std::vector<std::string> names;
     for (const Camera& camera : cameras_) names.push_back(camera.name);
     const CaptureSelection& s = options_.selection;
-    return {{"source", Absolute(source_.root()).string()},
+    return {{"source", AbsolutePath(source_.root()).string()},
             {"layout", source_.layout_name()},
             {"cameras", names},
             {"segments", s.segments},
@@ -126,32 +108,11 @@ class Converter {
             {"textures", options_.textures}};
   }
 
-  void WriteRecord() const {
-    const fs::path path = options_.out / "convert.json";
-    const ordered_json now = Describe();
-    if (!Exists(path)) {
-      if (!ListFolder(options_.out).empty()) {
-        throw FileError(options_.out, "holds something that was not converted; name a new or empty folder");
-      }
-      WriteFile(path, now.dump(2) + '\n');
-      return;
-    }
-    const nlohmann::json before = ParseJson(path, ReadFile(path, 1 << 24));
-    if (!before.is_object()) throw FileError(path, "is damaged; remove the folder or name another");
-    std::vector<std::string> differences;
-    for (const auto& [key, value] : now.items()) {
-      const auto found = before.find(key);
-      if (found == before.end() || found->dump() != value.dump()) differences.push_back(key);
-    }
-    if (!differences.empty()) {
-      throw Error("{}: the capture there was converted otherwise (other {}); remove it or name another folder",
-                  options_.out.string(), fmt::join(differences, ", "));
-    }
-  }
-
   void WriteTables() {
     writer_.WriteCalibration(converted_);
     writer_.WriteFrameList(frames_);
+    const Geometry geometry = GeometryOf(source_.root());
+    if (geometry != Geometry::kTracked) WriteGeometry(options_.out, geometry);
     const Split split = ReduceSplit(source_.split(), cameras_);
     if (!split.held_out_cameras.empty() || !split.held_out_segments.empty() ||
         split.training_cameras.size() != cameras_.size()) {

@@ -11,6 +11,7 @@
 #include "likeness/base/file.h"
 #include "likeness/base/parallel.h"
 #include "likeness/capture/layout.h"
+#include "likeness/capture/proxy_record.h"
 
 namespace likeness {
 namespace {
@@ -136,6 +137,7 @@ CaptureSummary Summarize(const Capture& capture) {
   CaptureSummary summary;
   summary.root = capture.root().string();
   summary.layout = capture.layout_name();
+  summary.geometry = ToString(GeometryOf(capture.root()));
   summary.frames = static_cast<int>(capture.frames().size());
   summary.skipped_frames = static_cast<int>(capture.skipped_frames().size());
   for (const Camera& camera : capture.cameras()) {
@@ -177,8 +179,8 @@ std::string ToText(const CaptureSummary& s) {
                         segment.held_out ? "held out" : "training");
   }
   text += fmt::format(
-      "\nmesh       {} vertices ({} in triangles), {} triangles, {} texture coordinates, {:.0f} x {:.0f} mm\n",
-      s.vertices, s.vertices_in_triangles, s.triangles, s.uvs, s.mesh_width_mm, s.mesh_height_mm);
+      "\nmesh       {}: {} vertices ({} in triangles), {} triangles, {} texture coordinates, {:.0f} x {:.0f} mm\n",
+      s.geometry, s.vertices, s.vertices_in_triangles, s.triangles, s.uvs, s.mesh_width_mm, s.mesh_height_mm);
   std::vector<std::string> textures;
   for (const TextureSummary& texture : s.textures) {
     textures.push_back(fmt::format("{0} x {0} ({1} of {2} averages)", texture.size, texture.averages, s.frames));
@@ -195,6 +197,7 @@ std::string ToJson(const CaptureSummary& s) {
   nlohmann::ordered_json json;
   json["root"] = s.root;
   json["layout"] = s.layout;
+  json["geometry"] = s.geometry;
   json["frames"] = s.frames;
   json["skipped_frames"] = s.skipped_frames;
   json["cameras"] = nlohmann::ordered_json::array();

@@ -37,6 +37,7 @@ struct TextureSummary {
 struct CaptureSummary {
   std::string root;
   std::string layout;
+  std::string geometry;  // of the meshes, as GeometryNames() spells it
   std::vector<CameraSummary> cameras;
   std::vector<SegmentSummary> segments;  // in the order of the frames
   int frames = 0;

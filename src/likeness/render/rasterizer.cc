@@ -79,12 +79,12 @@ std::pair<int, int> PixelRange(int64_t low, int64_t high, int size) {
 // All triangles of a mesh, projected and cut, ready to be scanned in any rows.
 class ProjectedMesh {
  public:
-  ProjectedMesh(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, const Camera& camera,
-                const RigidTransform& world_from_mesh, const RasterOptions& options)
-      : width_(camera.width), height_(camera.height), options_(options) {
-    const RigidTransform cam_from_mesh = camera.cam_from_world * world_from_mesh;
-    const Eigen::Matrix3d rotation = camera.intrinsics * cam_from_mesh.rotation;
-    const Eigen::Vector3d translation = camera.intrinsics * cam_from_mesh.translation;
+  ProjectedMesh(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles,
+                const PixelFromMesh& pixel_from_mesh, int width, int height, const RasterOptions& options)
+      : width_(width), height_(height), options_(options) {
+    LIKENESS_CHECK(width > 0 && height > 0);
+    const Eigen::Matrix3d rotation = pixel_from_mesh.leftCols<3>();
+    const Eigen::Vector3d translation = pixel_from_mesh.col(3);
     std::vector<Eigen::Vector3d> points(vertices.rows());
     for (Eigen::Index i = 0; i < vertices.rows(); ++i) {
       points[i] = rotation * vertices.row(i).transpose().cast<double>() + translation;
@@ -118,7 +118,9 @@ class ProjectedMesh {
     const auto in_guard = [&](const Eigen::Vector3d& p) {
       return p.z() >= options_.near_mm && std::abs(p.x()) <= kGuardPx * p.z() && std::abs(p.y()) <= kGuardPx * p.z();
     };
-    if (!in_guard(p0) || !in_guard(p1) || !in_guard(p2)) {
+    if (in_guard(p0) && in_guard(p1) && in_guard(p2)) {
+      if (Outside(p0, p1, p2)) return;
+    } else {
       polygon = Clip(polygon, {0, 0, 1}, options_.near_mm);
       polygon = Clip(polygon, {1, 0, kGuardPx}, 0);
       polygon = Clip(polygon, {-1, 0, kGuardPx}, 0);
@@ -133,6 +135,15 @@ class ProjectedMesh {
       snapped.push_back({std::llround(p.x() / p.z() * kSubpixels), std::llround(p.y() / p.z() * kSubpixels)});
     }
     for (size_t i = 2; i < snapped.size(); ++i) AddPiece(&piece, snapped[0], snapped[i - 1], snapped[i]);
+  }
+
+  // Whether corners before the camera lie all to one side of the picture; of a crop's triangles most do.
+  bool Outside(const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::Vector3d& p2) const {
+    const auto all = [&](const auto& beyond) { return beyond(p0) && beyond(p1) && beyond(p2); };
+    return all([](const Eigen::Vector3d& p) { return p.x() < 0; }) ||
+           all([](const Eigen::Vector3d& p) { return p.y() < 0; }) ||
+           all([&](const Eigen::Vector3d& p) { return p.x() > width_ * p.z(); }) ||
+           all([&](const Eigen::Vector3d& p) { return p.y() > height_ * p.z(); });
   }
 
   void AddPiece(Piece* piece, SnappedPoint a, SnappedPoint b, SnappedPoint c) {
@@ -214,16 +225,30 @@ void DrawOptions::Check() const {
   }
 }
 
+PixelFromMesh ProjectionOf(const Camera& camera, const RigidTransform& world_from_mesh, int x0, int y0) {
+  const RigidTransform cam_from_mesh = camera.cam_from_world * world_from_mesh;
+  Eigen::Matrix3d intrinsics = camera.intrinsics;
+  intrinsics(0, 2) -= x0;
+  intrinsics(1, 2) -= y0;
+  PixelFromMesh projection;
+  projection << intrinsics * cam_from_mesh.rotation, intrinsics * cam_from_mesh.translation;
+  return projection;
+}
+
 FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, const Camera& camera,
                         const RigidTransform& world_from_mesh, const RasterOptions& options) {
+  return Rasterize(vertices, triangles, ProjectionOf(camera, world_from_mesh), camera.width, camera.height, options);
+}
+
+FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles,
+                        const PixelFromMesh& pixel_from_mesh, int width, int height, const RasterOptions& options) {
   options.Check();
-  LIKENESS_CHECK(camera.width > 0 && camera.height > 0);
-  const ProjectedMesh mesh(vertices, triangles, camera, world_from_mesh, options);
-  FragmentImage image = {camera.width, camera.height, {}};
-  image.fragments.resize(static_cast<size_t>(camera.width) * camera.height);
-  ForBands(camera.height, kBandRows, [&](int y_begin, int y_end) {
-    const size_t width = camera.width;
-    mesh.Scan(y_begin, y_end, std::span(image.fragments).subspan(y_begin * width, (y_end - y_begin) * width));
+  const ProjectedMesh mesh(vertices, triangles, pixel_from_mesh, width, height, options);
+  FragmentImage image = {width, height, {}};
+  const auto stride = static_cast<size_t>(width);
+  image.fragments.resize(stride * height);
+  ForBands(height, kBandRows, [&](int y_begin, int y_end) {
+    mesh.Scan(y_begin, y_end, std::span(image.fragments).subspan(y_begin * stride, (y_end - y_begin) * stride));
   });
   return image;
 }
@@ -246,7 +271,8 @@ Rendering DrawMesh(const Vertices& vertices, const MeshTopology& topology, const
   LIKENESS_CHECK(vertices.rows() == topology.vertex_count);
   const int n = options.supersample, width = camera.width * n;
   const Camera fine = camera.Resized(width, camera.height * n);
-  const ProjectedMesh mesh(vertices, topology.triangles, fine, world_from_mesh, options.raster);
+  const ProjectedMesh mesh(vertices, topology.triangles, ProjectionOf(fine, world_from_mesh), fine.width, fine.height,
+                           options.raster);
   Rendering rendering = {ImageU8(camera.width, camera.height, 3), ImageU8(camera.width, camera.height, 1)};
   ForBands(camera.height, std::max(1, kBandRows / n), [&](int y_begin, int y_end) {
     std::vector<Fragment> fragments(static_cast<size_t>(y_end - y_begin) * n * width);

@@ -41,11 +41,21 @@ struct FragmentImage {
   const Fragment& at(int x, int y) const { return fragments[static_cast<size_t>(y) * width + x]; }
 };
 
+// From a mesh's own space, mm, to homogeneous pixel coordinates (x z, y z, z) with z the depth in mm: K [R | t].
+using PixelFromMesh = Eigen::Matrix<double, 3, 4>;
+
+// Of the part of the camera's image that begins at pixel (x0, y0).
+PixelFromMesh ProjectionOf(const Camera& camera, const RigidTransform& world_from_mesh, int x0 = 0, int y0 = 0);
+
 // The nearest triangle at every pixel centre; of equally near ones, the first.
 //   vertices         [n, 3] mm, in the mesh's own space
 //   camera           with width and height
 FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles, const Camera& camera,
                         const RigidTransform& world_from_mesh, const RasterOptions& options = {});
+
+// The same for any projection, such as a crop's; width and height in pixels, more than 0.
+FragmentImage Rasterize(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles,
+                        const PixelFromMesh& pixel_from_mesh, int width, int height, const RasterOptions& options = {});
 
 struct DrawOptions {
   RasterOptions raster;

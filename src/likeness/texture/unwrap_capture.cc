@@ -23,6 +23,10 @@
 namespace likeness {
 namespace {
 
+// What captures whose meshes stand still are given instead of a variance of 0, mm squared: they can be divided by its
+// root, and what a network then decodes stays within micrometres.
+constexpr double kLeastVertexVariance = 1e-6;
+
 namespace fs = std::filesystem;
 
 void RemoveFolder(const fs::path& path) {
@@ -360,7 +364,7 @@ class CaptureUnwrapper {
     const auto write = [&](const CaptureLayout& layout) {
       WriteFile(layout.TextureVariance(), fmt::format("{}\n", total_.Variance()));
       WriteFloats(layout.VertexMean(), vertices.Mean());
-      WriteFile(layout.VertexVariance(), fmt::format("{}\n", vertices.Variance()));
+      WriteFile(layout.VertexVariance(), fmt::format("{}\n", std::max(kLeastVertexVariance, vertices.Variance())));
       WritePng(layout.TextureMean(), total_.FilledAverage());
     };
     write(Statistics());

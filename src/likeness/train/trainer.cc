@@ -18,6 +18,7 @@
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
 #include "likeness/base/random.h"
+#include "likeness/capture/proxy_record.h"
 #include "likeness/train/checkpoint.h"
 #include "likeness/train/dataset.h"
 #include "likeness/train/device.h"
@@ -44,6 +45,27 @@ Batch ToDevice(const Batch& batch, torch::Device device) {
   if (device.is_cpu()) return batch;
   return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device),  batch.seen.to(device),
           batch.view.to(device),    batch.camera.to(device),   batch.identity.to(device), batch.named.to(device)};
+}
+
+// With what the capture decides: its geometry, and no geometry term where its mesh stands still.
+TrainOptions ForCapture(const TrainOptions& options) {
+  TrainOptions resolved = options;
+  const Geometry geometry = GeometryOf(options.capture);
+  resolved.geometry = ToString(geometry);
+  if (options.geometry != resolved.geometry && options.geometry != ToString(Geometry::kTracked)) {
+    throw Error("--geometry is '{}', but the meshes of {} are {}; likeness proxy makes captures with others",
+                options.geometry, options.capture.string(), resolved.geometry);
+  }
+  for (const std::filesystem::path& other : options.also) {
+    if (GeometryOf(other) == geometry) continue;
+    throw Error("{}: its meshes are {}, those of {} {}; people in one network have the same geometry", other.string(),
+                ToString(GeometryOf(other)), options.capture.string(), resolved.geometry);
+  }
+  if (StandsStill(geometry) && options.loss.geometry > 0) {
+    LogInfo("the {} stands still: there is no mesh to learn, and the geometry term is off", resolved.geometry);
+    resolved.loss.geometry = 0;
+  }
+  return resolved;
 }
 
 // Where a run stands between its beginning, 0, and its end, 1.
@@ -200,8 +222,9 @@ void KeepMemory() {
   setenv("THP_MEM_ALLOC_ENABLE", "1", /*overwrite=*/0);  // LibTorch's allocator then asks for huge pages
 }
 
-TrainResult Train(const TrainOptions& options, const std::function<bool()>& stop, const std::string& resolved) {
-  options.Check();
+TrainResult Train(const TrainOptions& given, const std::function<bool()>& stop, const std::string& resolved) {
+  given.Check();
+  const TrainOptions options = ForCapture(given);
   at::set_num_threads(ThreadCount());
   const Launcher launcher = ReadLauncher();
   const torch::Device device = FindDevice(options.device, launcher.local_rank);

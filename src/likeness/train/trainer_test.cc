@@ -366,7 +366,7 @@ TEST_F(Training, SaysWhatIsMissing) {
   EXPECT_THAT(ErrorOf([&] { Train(other, kNever); }), HasSubstr("16"));
   other = options_;
   other.geometry = "billboard";
-  EXPECT_THAT(ErrorOf([&] { Train(other, kNever); }), HasSubstr("not available yet"));
+  EXPECT_THAT(ErrorOf([&] { Train(other, kNever); }), HasSubstr("likeness proxy"));
   other = options_;
   other.device = "cuda:77";
   EXPECT_NE(ErrorOf([&] { Train(other, kNever); }), "");
