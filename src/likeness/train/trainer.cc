@@ -56,7 +56,7 @@ TrainOptions ForCapture(const TrainOptions& options) {
     throw Error("--geometry is '{}', but the meshes of {} are {}; likeness proxy makes captures with others",
                 options.geometry, options.capture.string(), resolved.geometry);
   }
-  for (const std::filesystem::path& other : options.also) {
+  for (const std::filesystem::path other : options.also) {
     if (GeometryOf(other) == geometry) continue;
     throw Error("{}: its meshes are {}, those of {} {}; people in one network have the same geometry", other.string(),
                 ToString(GeometryOf(other)), options.capture.string(), resolved.geometry);
