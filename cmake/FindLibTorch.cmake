@@ -33,8 +33,7 @@ if(LibTorch_FOUND AND NOT TARGET LibTorch::LibTorch)
   if(LibTorch_cuda_LIBRARY)
     list(APPEND _libtorch_link "-Wl,--push-state,--no-as-needed" "${LibTorch_cuda_LIBRARY}" "-Wl,--pop-state")
   endif()
-  # at::parallel_for is compiled with its caller, and runs on one thread there unless OpenMP is on. The runtime is
-  # LibTorch's own: a second one would have threads of its own.
+  # The OpenMP runtime is LibTorch's own: a second one would have threads of its own.
   file(GLOB _libtorch_openmp "${LibTorch_ROOT}/lib/libgomp*.so*" "${LibTorch_ROOT}/lib/libiomp5.so")
   if(NOT _libtorch_openmp)
     set(_libtorch_openmp -fopenmp)
@@ -44,7 +43,7 @@ if(LibTorch_FOUND AND NOT TARGET LibTorch::LibTorch)
   # The wheel brings headers of other libraries, fmt's among them: searched last, they do not hide the system's.
   set_target_properties(LibTorch::LibTorch PROPERTIES
     INTERFACE_COMPILE_OPTIONS
-      "-fopenmp;SHELL:-idirafter \"${LibTorch_ROOT}/include\";SHELL:-idirafter \"${LibTorch_ROOT}/include/torch/csrc/api/include\""
+      "SHELL:-idirafter \"${LibTorch_ROOT}/include\";SHELL:-idirafter \"${LibTorch_ROOT}/include/torch/csrc/api/include\""
     INTERFACE_LINK_LIBRARIES "${_libtorch_link}"
     INTERFACE_LINK_OPTIONS "-Wl,-rpath,${LibTorch_ROOT}/lib")
 endif()
