@@ -57,7 +57,7 @@ Command Describe(Arguments& arguments) {
   command.Option("batch", &o.batch, "textures in a step, of each process");
   command.Option("views", &o.views, "textures of one frame in a step, which is encoded once for them");
   command.Option("learning-rate", &o.learning_rate, "of Adam, at its highest");
-  command.Choice("schedule", &o.schedule, {"constant", "cosine"}, "of the learning rate over the run");
+  command.Choice("schedule", &o.schedule, ScheduleNames(), "of the learning rate over the run");
   command.Option("warmup", &o.warmup, "share of the run in which the learning rate rises");
   command.Option("beta2", &o.beta2, "Adam's decay of squared gradients");
   command.Option("clip", &o.clip, "largest norm of the gradient; 0: any");

@@ -24,8 +24,9 @@ void TrainOptions::Check() const {
   if (std::find(presets.begin(), presets.end(), preset) == presets.end()) {
     throw Error("--preset is '{}'; known are {}", preset, fmt::join(presets, ", "));
   }
-  if (schedule != "cosine" && schedule != "constant") {
-    throw Error("--schedule is '{}'; known are constant, cosine", schedule);
+  const std::vector<std::string>& schedules = ScheduleNames();
+  if (std::find(schedules.begin(), schedules.end(), schedule) == schedules.end()) {
+    throw Error("--schedule is '{}'; known are {}", schedule, fmt::join(schedules, ", "));
   }
   InRange("size", size, 0, 4096);
   InRange("identity-size", identity_size, 1, 1024);
@@ -111,6 +112,11 @@ const std::vector<std::string>& PresetNames() {
   return names;
 }
 
+const std::vector<std::string>& ScheduleNames() {
+  static const std::vector<std::string> names = {"constant", "cosine", "hold"};
+  return names;
+}
+
 TrainOptions PresetOptions(const std::string& preset) {
   TrainOptions options;
   options.preset = preset;
@@ -118,6 +124,7 @@ TrainOptions PresetOptions(const std::string& preset) {
     options.iterations = 200'000;
     options.minutes = 0;
     options.views = 1;
+    options.texels = "all";
     options.learning_rate = 3e-4;
     options.schedule = "constant";
     options.warmup = 0;

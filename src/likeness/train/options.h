@@ -52,12 +52,13 @@ struct TrainOptions {
   int views = 4;
 
   double learning_rate = 2e-3;
-  std::string schedule = "cosine";  // "constant", or "cosine": from learning_rate to 0 over the length of the run
-  double warmup = 0.02;             // share of the run in which the rate rises to learning_rate
-  double beta2 = 0.999;             // Adam's decay of squared gradients
-  double clip = 1;                  // largest norm of all gradients together; 0 does not clip
-  double average = 0.02;       // the avatar's weights are a mean over about this share of the run's end; 0: the last
-  std::string texels = "all";  // what a texel counts in the loss; see texel_weights.h
+  // "constant"; "cosine": from learning_rate to 0 over the length of the run; "hold": the same in the run's last part
+  std::string schedule = "cosine";
+  double warmup = 0.02;         // share of the run in which the rate rises to learning_rate
+  double beta2 = 0.999;         // Adam's decay of squared gradients
+  double clip = 1;              // largest norm of all gradients together; 0 does not clip
+  double average = 0.02;        // the avatar's weights are a mean over about this share of the run's end; 0: the last
+  std::string texels = "seen";  // what a texel counts in the loss; see texel_weights.h
   LossWeights loss;
 
   uint64_t seed = 0;
@@ -91,6 +92,7 @@ std::string PersonName(const std::filesystem::path& capture);
 // with its batch, rate and clipping; its decay of the rate by epochs is left out.
 const std::vector<std::string>& PresetNames();
 TrainOptions PresetOptions(const std::string& preset);
+const std::vector<std::string>& ScheduleNames();
 
 // The network for captures of this many vertices. Throws Error for choices that are unknown or not available yet.
 // Named conditions are left out: their sizes stand in the captures.

@@ -37,6 +37,7 @@ namespace {
 constexpr int64_t kAverageEvery = 4;        // steps between updates of the mean weights: each reads all of them
 constexpr int64_t kMostSkippedInARow = 50;  // steps that are not finite before the run gives up
 constexpr int kPreviewSamples = 3;
+constexpr double kHeld = 0.6;  // share of a run in which the schedule "hold" stays at the learning rate
 constexpr double kPictureMinutes = 1;  // at least, between pictures of the samples
 
 double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -78,8 +79,9 @@ double Position(const TrainOptions& options, const RunState& run) {
 
 double LearningRate(const TrainOptions& options, double position) {
   const double rise = options.warmup > 0 ? std::min(1.0, (position + 1e-3) / options.warmup) : 1;
-  const double fall = options.schedule == "cosine" ? 0.5 * (1 + std::cos(M_PI * position)) : 1;
-  return options.learning_rate * rise * fall;
+  const double hold = options.schedule == "hold" ? kHeld : 0;
+  const double falling = options.schedule == "constant" ? 0 : std::max(0.0, position - hold) / (1 - hold);
+  return options.learning_rate * rise * 0.5 * (1 + std::cos(M_PI * falling));
 }
 
 // The decay with which a running mean reaches over `share` of a run's length.
