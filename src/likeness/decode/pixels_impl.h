@@ -12,9 +12,11 @@ constexpr int kChunk = 24;  // result rows whose sums stay in the first-level ca
 // Sums of columns [first, first + columns) of result rows [row, row + count), to out [count][columns].
 void Multiply(const void* const* in, const PackedConvolution& layer, int first, int columns, int row, int count,
               float* out);
+// NOLINTBEGIN(readability-redundant-declaration): some kernels define them before they include this.
 bool PackColours(const float* values, int count, void* packed);
 void Convert(const float* values, int count, PixelFormat format, void* pixels);
 inline void AddEight(const float* sums, const Half* bias, float* to);  // to = sums + bias
+// NOLINTEND(readability-redundant-declaration)
 
 // Colours: [row part][result row][part], part = 4 or 8 values: texels in their order.
 int64_t PixelBiasBytes(const PackedConvolution& layer) {
