@@ -37,7 +37,7 @@ namespace {
 constexpr int64_t kAverageEvery = 4;        // steps between updates of the mean weights: each reads all of them
 constexpr int64_t kMostSkippedInARow = 50;  // steps that are not finite before the run gives up
 constexpr int kPreviewSamples = 3;
-constexpr double kHeld = 0.6;  // share of a run in which the schedule "hold" stays at the learning rate
+constexpr double kHeld = 0.6;          // share of a run in which the schedule "hold" stays at the learning rate
 constexpr double kPictureMinutes = 1;  // at least, between pictures of the samples
 
 double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
