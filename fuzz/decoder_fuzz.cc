@@ -16,7 +16,7 @@ void fuzz::Run(std::string_view bytes) {
   constexpr int kMostSize = 64, kMostLatent = 64;
   const std::string file = WithZeroTensors(bytes);
   const auto network =
-      Parsed([&] { return NetworkFrom(SafetensorsFile(kPath, file, nullptr), options.display).architecture; });
+      Parsed([&] { return NetworkFrom(SafetensorsFile(kPath, file, nullptr), options.display, 0).architecture; });
   if (!network || network->texture_size > kMostSize || network->latent > kMostLatent) return;
   Decoder decoder(SafetensorsFile(kPath, file, nullptr), options);
   const int64_t row = network->texture_size * int64_t{8};
