@@ -1,9 +1,12 @@
 #include "likeness/avatar/performance.h"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "likeness/base/error.h"
@@ -67,7 +70,7 @@ struct Tensors {
   std::vector<TensorView> views;
   std::map<std::string, std::string> metadata;
 
-  Tensors(const Performance& p) {
+  explicit Tensors(const Performance& p) {
     for (const RigidTransform& pose : p.world_from_head) {
       for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column) poses.push_back(pose.rotation(row, column));
@@ -75,8 +78,8 @@ struct Tensors {
       }
     }
     const int64_t frames = p.frame_count(), values = ValueCount(p.conditions);
-    views.push_back(ViewOf("seconds", {frames}, p.seconds));
-    views.push_back(ViewOf("world_from_head", {frames, 3, 4}, poses));
+    views.push_back({"seconds", DType::kF64, {frames}, std::as_bytes(std::span(p.seconds))});
+    views.push_back({"world_from_head", DType::kF64, {frames, 3, 4}, std::as_bytes(std::span(poses))});
     views.push_back(ViewOf("codes", {frames, p.latent}, p.codes));
     if (values > 0) views.push_back(ViewOf("conditions", {frames, values}, p.condition_values));
     metadata = {{"format", kFormat},
@@ -88,6 +91,23 @@ struct Tensors {
                 {"units", "seconds from 0; millimetres; world_from_head takes points of head space to world space"}};
   }
 };
+
+// The values of an F64 tensor; -1 in `shape` matches any extent.
+std::vector<double> ReadDoubles(const SafetensorsFile& file, const std::string& name,
+                                const std::vector<int64_t>& shape) {
+  const std::vector<int64_t>& found = file.ShapeOf(name);
+  const bool fits = std::equal(found.begin(), found.end(), shape.begin(), shape.end(),
+                               [](int64_t is, int64_t wanted) { return wanted < 0 || is == wanted; });
+  if (file.DTypeOf(name) != DType::kF64 || !fits) {
+    throw FileError(file.path(),
+                    fmt::format("tensor '{}' is {} [{}]; expected F64 [{}]", name, ToString(file.DTypeOf(name)),
+                                fmt::join(found, ", "), fmt::join(shape, ", ")));
+  }
+  const std::span<const std::byte> bytes = file.Bytes(name);
+  std::vector<double> values(bytes.size() / sizeof(double));
+  std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(values)).begin());
+  return values;
+}
 
 template <typename T>
 T ReadList(const SafetensorsFile& file, const char* key) {
@@ -122,12 +142,12 @@ Performance PerformanceFrom(const SafetensorsFile& file) {
   }
   CheckConditions(file.path().string(), p.conditions);
   p.frame_names = ReadList<std::vector<std::string>>(file, "frames");
-  p.seconds = file.Doubles("seconds", {-1});
+  p.seconds = ReadDoubles(file, "seconds", {-1});
   const int64_t frames = p.frame_count(), values = ValueCount(p.conditions);
   p.codes = file.Floats("codes", {frames, -1});
   p.latent = static_cast<int>(std::min<int64_t>(file.ShapeOf("codes")[1], std::numeric_limits<int>::max()));
   if (values > 0) p.condition_values = file.Floats("conditions", {frames, values});
-  const std::vector<double> poses = file.Doubles("world_from_head", {frames, 3, 4});
+  const std::vector<double> poses = ReadDoubles(file, "world_from_head", {frames, 3, 4});
   for (size_t i = 0; i < poses.size(); i += kPoseValues) {
     const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> pose(&poses[i]);
     p.world_from_head.push_back({pose.leftCols<3>(), pose.col(3)});

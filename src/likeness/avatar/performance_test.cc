@@ -58,10 +58,11 @@ TEST(PerformanceTest, NeedsOnlyTimeCodesAndPoses) {
   const std::vector<double> seconds = {0}, pose = {1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9};
   const std::vector<float> codes = {1, 2, 3};
   const ScratchFolder scratch;
-  WriteSafetensors(
-      scratch / "a.safetensors",
-      {ViewOf("codes", {1, 3}, codes), ViewOf("seconds", {1}, seconds), ViewOf("world_from_head", {1, 3, 4}, pose)},
-      {{"format", "likeness-performance"}, {"version", "1"}});
+  WriteSafetensors(scratch / "a.safetensors",
+                   {ViewOf("codes", {1, 3}, codes),
+                    {"seconds", DType::kF64, {1}, std::as_bytes(std::span(seconds))},
+                    {"world_from_head", DType::kF64, {1, 3, 4}, std::as_bytes(std::span(pose))}},
+                   {{"format", "likeness-performance"}, {"version", "1"}});
   const Performance p = ReadPerformance(scratch / "a.safetensors");
   EXPECT_EQ(p.latent, 3);
   EXPECT_EQ(p.world_from_head[0].translation, Eigen::Vector3d(7, 8, 9));
@@ -130,6 +131,8 @@ TEST(PerformanceTest, WrongFilesAreErrorsThatSayWhatToDo) {
   EXPECT_THAT(error("gaze", "g/ze"), HasSubstr("'g/ze'"));
   EXPECT_THAT(error("[[\\\"gaze\\\",2]", "[[\\\"gaze\\\",3]"), HasSubstr("[3, 4]"));
   EXPECT_THAT(error("[[\\\"gaze\\\",2]", "[ \\\"gaze\\\",2 "), HasSubstr("metadata 'conditions'"));
+  EXPECT_THAT(error("[3,3,4]", "[3,4,3]"),
+              HasSubstr("tensor 'world_from_head' is F64 [3, 4, 3]; expected F64 [3, 3, 4]"));
   EXPECT_THAT(error("[3,2]", "[2,3]"), HasSubstr("tensor 'codes' is F32 [2, 3]"));
   EXPECT_THAT(ErrorOf([&] { ParsePerformance("FILE", good.substr(0, good.size() - 1)); }), HasSubstr("FILE: "));
 }
