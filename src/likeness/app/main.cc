@@ -36,6 +36,8 @@ const std::vector<VerbEntry> kVerbs = {
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
     {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
+    {"drive", RunDrive, "turns a Live Link Face recording into a performance"},
+    {"export", RunExport, "writes an avatar's frame or performance as glTF, OBJ or PLY"},
     {"export-capture", RunExportCapture, "writes one frame of a capture for nerfstudio or COLMAP"},
     {"bench", RunBench, "measures the speed of one part"},
 };
