@@ -179,6 +179,8 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("obj", "groups",
        "o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\ng left\nf -3/-1/-1 -2/1/1 3/1/1\ng\nf 1 2 3\n");
 
+  seed("coefficient_table", "two", "segment,frame,time_s,b,a\nEXP,000003,0.1,1,0.25\nSEN,7,x,0,0\n");
+
   const std::string target = "# a comment\n3 0.1 -.2 3e-2\n999 1 2 3\n";
   seed("target", "plain", target);
   seed("target", "packed", GzipOf(target));
