@@ -136,6 +136,7 @@ TrainOptions PresetOptions(const std::string& preset) {
     options.warmup = 0;
     options.clip = 0;
     options.average = 0;
+    options.loss.geometry = 1;
   }
   if (preset == "multiface") {
     options.latent = 256;
