@@ -189,6 +189,7 @@ GlPlan::Pass GlPlan::ConvolutionPass(const DecoderNetwork& network, size_t index
   const std::vector<float> biases = BiasesOf(network, layer, shape.results.channels);
 
   Pass pass;
+  pass.convolution = true;
   pass.program = MakeProgram(gl_, name, {{GL_COMPUTE_SHADER, ConvolutionShader(shape, storage_)}});
   pass.weights = Upload(weights, storage_.half);
   pass.biases = Upload(biases, storage_.half);
@@ -248,6 +249,7 @@ void GlPlan::Decode(std::span<const float> code, std::span<const std::array<floa
 void GlPlan::Run(const Pass& pass, int views) const {
   gl_.UseProgram(pass.program.id());
   gl_.Uniform1i(0, views);
+  if (pass.convolution) gl_.Uniform1i(1, 4);
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, pass.input);
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, pass.weights.id());
   gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pass.biases.id());

@@ -47,6 +47,7 @@ class GlPlan {
   struct Pass {
     enum class Kind { kCode, kMesh, kTexture };
     Kind kind = Kind::kTexture;
+    bool convolution = false;
     GlProgram program;
     GlBuffer weights, biases;
     GLuint input = 0, results = 0;

@@ -98,6 +98,10 @@ layout(local_size_x = THREADS) in;
 layout(std430, binding = 0) readonly buffer Input { FOUR features[]; };
 layout(std430, binding = 2) readonly buffer Biases { FOUR biases[]; };
 
+// Always 4. A uniform, since drivers would unroll the loop over a constant: 64 multiplications in a row are enough for
+// the GPU, and four times as many take the driver four times as long to compile.
+layout(location = 1) uniform int fours_at_once;
+
 // 16 of the depth at once, in fours. A row of inputs has a fifth four, which is empty, so that rows of one invocation
 // after the other begin in different banks of the shared memory.
 const int ROW = 5;
@@ -137,7 +141,7 @@ void main() {
       weight_tile[at] = Unpack(weights[(part * 16 + at / TILE_FOURS) * COLUMNS + first_column + at % TILE_FOURS]);
     }
     barrier();
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < fours_at_once; ++k) {
       vec4 w0 = weight_tile[4 * k * TILE_FOURS + x], w1 = weight_tile[(4 * k + 1) * TILE_FOURS + x];
       vec4 w2 = weight_tile[(4 * k + 2) * TILE_FOURS + x], w3 = weight_tile[(4 * k + 3) * TILE_FOURS + x];
       for (int r = 0; r < 4; ++r) {

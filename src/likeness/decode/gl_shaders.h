@@ -10,7 +10,8 @@
 //   3  frame    what the processor writes for a frame, float32
 //   4  results  features or, with `plain`, float32
 //
-// Textures are the image units 0 and 1, a view each. The uniform at location 0 is the number of views.
+// Textures are the image units 0 and 1, a view each. The uniform at location 0 is the number of views; convolutions
+// have another at location 1, which is 4.
 
 #pragma once
 
