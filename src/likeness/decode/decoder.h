@@ -12,6 +12,7 @@
 
 #include "likeness/avatar/architecture.h"
 #include "likeness/avatar/safetensors.h"
+#include "likeness/decode/accuracy.h"
 #include "likeness/decode/kernel.h"
 #include "likeness/decode/network.h"
 #include "likeness/decode/plan.h"
@@ -33,14 +34,6 @@ struct DecoderOptions {
   // Throws Error for values out of range.
   void Check() const;
 };
-
-// How a kernel of lower precision compares with a float32 one, over a few of the avatar's own mean codes.
-struct KernelAccuracy {
-  double psnr_db = 0;              // of the 8-bit textures; 100 where they are equal
-  double largest_distance_mm = 0;  // between vertices
-};
-inline constexpr double kLeastPsnrDb = 50;
-inline constexpr double kMostDistanceMm = 0.02;
 
 // Textures are square, RGBA, row 0 is v = 1, opacity 1.
 //   kRgba8    colours from 0 to 255 as in training, rounded and clamped
