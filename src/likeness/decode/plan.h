@@ -13,10 +13,10 @@
 #include <span>
 #include <vector>
 
+#include "likeness/base/team.h"
 #include "likeness/decode/kernel.h"
 #include "likeness/decode/memory.h"
 #include "likeness/decode/network.h"
-#include "likeness/decode/team.h"
 
 namespace likeness {
 
