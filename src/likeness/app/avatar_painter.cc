@@ -50,7 +50,8 @@ AvatarPainter::AvatarPainter(std::filesystem::path avatar_file, std::array<uint8
 std::vector<ImageU8> AvatarPainter::Paint(std::span<const float> code, const FrameConditions& conditions,
                                           std::span<const Camera> cameras, const RigidTransform& world_from_head) {
   LIKENESS_CHECK(!cameras.empty() && cameras.size() <= FrameRenderer::kMostViews);
-  if (decoder_ == nullptr || open_ != conditions) Open(conditions);
+  const bool same = open_.identity == conditions.identity && open_.values == conditions.values;
+  if (decoder_ == nullptr || !same) Open(conditions);
   std::vector<ImageU8> pictures;
   std::vector<Decoder::View> decoded;
   std::vector<FrameRenderer::View> drawn;

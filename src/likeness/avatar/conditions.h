@@ -13,8 +13,6 @@ struct FrameConditions {
   int identity = 0;  // index into the avatar's identities
   // Of the named conditions, one after another, as captured: [NamedChannels]. Empty: the means over training.
   std::vector<float> values;
-
-  bool operator==(const FrameConditions&) const = default;
 };
 
 // The conditions of a frame that the avatar has the code of.

@@ -253,9 +253,10 @@ void FrameRenderer::DrawTile(Share& own, const Eye& eye, int index) const {
 }
 
 void FrameRenderer::FillTile(const View& view, const RasterTile& tile) const {
+  std::array<uint32_t, kTileWidth> row;
+  row.fill(background_);
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
-    uint8_t* const to = view.pixels + y * view.row_bytes + int64_t{4} * tile.x;
-    for (int x = 0; x < tile.width; ++x) std::memcpy(to + 4 * x, &background_, 4);
+    std::memcpy(view.pixels + y * view.row_bytes + int64_t{4} * tile.x, row.data(), size_t{4} * tile.width);
   }
 }
 

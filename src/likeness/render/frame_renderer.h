@@ -2,9 +2,9 @@
 // a GPU.
 //
 // It covers exactly the pixels that render/rasterizer.h covers. Colours are sampled trilinearly from mip maps of the
-// texture, of the level whose texels are as large as a pixel's footprint along the longer of its sides, as OpenGL does;
-// rounding of float32 may move a colour by 1, and where two surfaces are within float32 of the same depth, choose the
-// other.
+// texture, of the level whose texels are as large as a pixel's footprint along the longer of its sides, as OpenGL does.
+// Against exact arithmetic, a colour may be off by 2 where neighbouring levels differ as much as they can (the
+// logarithm is within 0.005); where two surfaces are within float32 of the same depth, the other may be seen.
 
 #pragma once
 

@@ -93,8 +93,7 @@ inline void FindTexels(Floats u, Floats v, Floats scale, float size, LevelCoordi
   Store(found->y, y - ToFloats(y0));
 }
 
-// Twice the binary logarithm of the footprint's size is that of its square: by the exponent, and a parabola for the
-// mantissa, 0.005 off at most.
+// Half of the binary logarithm, by the exponent and a parabola for the mantissa; 0.005 off at most.
 inline Floats HalfLog2(Floats square) {
   const Ints bits = (Ints)square;
   const Floats exponent = ToFloats((bits >> 23) - 127), mantissa = (Floats)((bits & 0x7fffff) | 0x3f800000);

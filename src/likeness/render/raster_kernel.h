@@ -29,8 +29,9 @@ struct Plane {
 
 // A triangle ready to be drawn. Texels are those of the finest level, from its top left corner.
 struct RasterTriangle {
-  int64_t c[3];            // a x + b y + c >= 0 inside, x and y in pixels from the screen's first centre,
-  int32_t a[3], b[3];      // all in 1/256 pixel but x and y
+  // a x + b y + c / 256 >= 0 inside, (x, y) = 0 at the centre of the screen's first pixel, with the top-left rule in c.
+  int64_t c[3];
+  int32_t a[3], b[3];
   int32_t x_begin, x_end;  // pixels that may be covered
   int32_t y_begin, y_end;
   Plane over_depth;  // 1 / depth
@@ -46,12 +47,12 @@ struct MipMaps {
   int size;   // of the finest level
 };
 
-// One tile of the picture, `samples` planes of kTileTexels each.
+// One tile of the picture; a plane of kTilePitch x kTileHeight for each sample of a pixel.
 struct RasterTile {
   int x = 0, y = 0;  // of its first pixel
   int width = 0, height = 0;
-  float* over_depth;  // 0: nothing drawn
-  uint32_t* colours;
+  float* over_depth = nullptr;  // 0: nothing drawn
+  uint32_t* colours = nullptr;
 };
 
 struct RasterKernel {
