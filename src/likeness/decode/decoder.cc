@@ -36,11 +36,23 @@ Sample SampleOf(Plan& plan, Team& team, const DecoderNetwork& network) {
   return sample;
 }
 
+std::shared_ptr<Team> OwnTeam(const DecoderOptions& options) {
+  Team::Options team;
+  team.threads =
+      options.threads > 0 ? options.threads : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
+  team.pin = options.pin;
+  team.spin_ms = options.spin_ms;
+  team.parallel = options.parallel;
+  team.pool = options.pool;
+  return std::make_shared<Team>(team);
+}
+
 }  // namespace
 
 void DecoderOptions::Check() const {
   if (threads < 0 || threads > kMostThreads) throw Error("threads is {}; expected 0 to {}", threads, kMostThreads);
   if (!(spin_ms >= 0 && spin_ms <= 1e6)) throw Error("spin_ms is {}; expected 0 to 1000000", spin_ms);
+  CheckConditions(conditions);
   CheckDisplay(display);
   if (kernel != "auto") FindKernel(kernel);
 }
@@ -51,20 +63,13 @@ std::unique_ptr<Decoder> Decoder::Open(const std::filesystem::path& avatar_file,
 
 Decoder::Decoder(SafetensorsFile file, const DecoderOptions& options) {
   options.Check();
-  const DecoderNetwork network = NetworkFrom(std::move(file), options.display, options.person);
+  const DecoderNetwork network = NetworkFrom(std::move(file), options.display, options.person, options.conditions);
   architecture_ = network.architecture;
   mean_code_ = network.mean_code;
   triangles_ = network.triangles;
   triangle_uvs_ = network.triangle_uvs;
   uvs_ = network.uvs;
-  Team::Options team;
-  team.threads =
-      options.threads > 0 ? options.threads : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
-  team.pin = options.pin;
-  team.spin_ms = options.spin_ms;
-  team.parallel = options.parallel;
-  team.pool = options.pool;
-  team_ = std::make_unique<Team>(team);
+  team_ = options.team != nullptr ? options.team : OwnTeam(options);
   ChoosePlan(network, options);
   kernel_ = plan_->kernel().name;
 }

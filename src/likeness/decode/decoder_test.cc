@@ -35,11 +35,14 @@ struct Truth {
 
 int LastPerson(const Avatar& avatar) { return avatar.architecture.identities - 1; }
 
-// Of the last person, under the named conditions' means.
-Truth TruthOf(const Avatar& avatar, const std::vector<float>& code) {
+// Of the last person; without values the named conditions are at their means.
+Truth TruthOf(const Avatar& avatar, const std::vector<float>& code, const std::vector<float>& conditions = {}) {
   const PlainNetwork plain{avatar.architecture, avatar.weights};
-  const std::vector<double> condition =
-      plain.Condition(LastPerson(avatar), std::vector<double>(NamedChannels(avatar.architecture), 0.0));
+  std::vector<double> named(NamedChannels(avatar.architecture), 0.0);
+  for (size_t i = 0; i < conditions.size(); ++i) {
+    named[i] = (conditions[i] - avatar.condition_mean[i]) / avatar.condition_deviation[i];
+  }
+  const std::vector<double> condition = plain.Condition(LastPerson(avatar), named);
   const Identity& person = avatar.identities.back();
   const std::vector<double> z(code.begin(), code.end());
   Truth truth;
@@ -126,7 +129,8 @@ TEST_P(DecoderChoice, EveryKernelEqualsThePlainNetwork) {
   const Avatar avatar = RandomAvatar(GetParam().architecture, 1);
   const std::string file = FileOf(avatar);
   const std::vector<float>& code = avatar.codes[1].mu;
-  const Truth truth = TruthOf(avatar, code);
+  const std::vector<float>& conditions = avatar.codes[1].conditions;
+  const Truth truth = TruthOf(avatar, code, conditions);
   for (const Kernel* kernel : AllKernels()) {
     if (!kernel->available()) {
       GTEST_LOG_(INFO) << "this processor lacks " << kernel->name;
@@ -136,6 +140,7 @@ TEST_P(DecoderChoice, EveryKernelEqualsThePlainNetwork) {
     DecoderOptions options;
     options.kernel = kernel->name;
     options.person = LastPerson(avatar);
+    options.conditions = conditions;
     const auto decoder = Decoder::Open(file, options);
     const Frame frame = DecodeFrame(*decoder, code);
     const bool exact = kernel->name == std::string("portable");

@@ -32,6 +32,10 @@ void CheckDirection(const float direction[3]) {
   if (!(std::abs(length - 1) < 1e-3)) throw Error("a view vector is {} long; expected a unit vector", length);
 }
 
+void CheckConditions(std::span<const float> values) {
+  if (!AllFinite(values)) throw Error("a named condition is not finite");
+}
+
 void CheckDisplay(const DisplayTransform& display) {
   if (!AllFinite(display.gain) || !AllFinite(display.offset)) throw Error("a display transform is not finite");
 }

@@ -15,5 +15,6 @@ void CheckCode(std::span<const float> code, const Architecture& architecture);  
 void CheckViewCount(size_t views);
 void CheckDirection(const float direction[3]);  // a unit vector
 void CheckDisplay(const DisplayTransform& display);
+void CheckConditions(std::span<const float> values);  // finite
 
 }  // namespace likeness

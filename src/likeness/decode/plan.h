@@ -13,11 +13,11 @@
 #include <span>
 #include <vector>
 
+#include "likeness/base/team.h"
 #include "likeness/decode/frame_checks.h"
 #include "likeness/decode/kernel.h"
 #include "likeness/decode/memory.h"
 #include "likeness/decode/network.h"
-#include "likeness/decode/team.h"
 
 namespace likeness {
 
