@@ -14,7 +14,7 @@ install(DIRECTORY src/likeness DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MAT
 set(_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Likeness")
 install(EXPORT LikenessTargets NAMESPACE Likeness:: DESTINATION ${_package_dir})
 install(FILES cmake/FindLibTorch.cmake cmake/FindLibAvif.cmake cmake/FindLibDeflate.cmake cmake/FindLibZip.cmake
-  cmake/FindLibWebp.cmake cmake/FindTurboJpeg.cmake DESTINATION ${_package_dir})
+  cmake/FindLibWebp.cmake cmake/FindOpenGLHeaders.cmake cmake/FindTurboJpeg.cmake DESTINATION ${_package_dir})
 configure_package_config_file(cmake/LikenessConfig.cmake.in "${CMAKE_CURRENT_BINARY_DIR}/LikenessConfig.cmake"
   INSTALL_DESTINATION ${_package_dir})
 write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/LikenessConfigVersion.cmake"

@@ -34,8 +34,8 @@ const std::vector<VerbEntry> kVerbs = {
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
-    {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
+    {"render", RunRender, "draws an avatar: pictures and videos"},
     {"drive", RunDrive, "turns a Live Link Face recording into a performance"},
     {"export", RunExport, "writes an avatar's frame or performance as glTF, OBJ or PLY"},
     {"export-capture", RunExportCapture, "writes one frame of a capture for nerfstudio or COLMAP"},
