@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "likeness/avatar/avatar.h"
+#include "likeness/avatar/performance.h"
 #include "likeness/avatar/tensor_registry.h"
 #include "likeness/base/file.h"
 #include "likeness/base/npy.h"
@@ -143,6 +144,23 @@ Avatar SmallFamily() {
   return avatar;
 }
 
+// Two frames with a condition, or without what may be absent.
+std::string SmallPerformance(bool whole) {
+  Performance performance;
+  performance.latent = 2;
+  performance.seconds = {0, 0.5};
+  performance.codes = {1, -2, 3, 4};
+  performance.world_from_head = {{}, {RotationFromYawPitchRoll(0.5, -0.1, 0.2), {10, 20, 30}}};
+  if (whole) {
+    performance.avatar = "0123456789abcdef";
+    performance.person = "anna";
+    performance.conditions = {{"gaze", 1}};
+    performance.condition_values = {7, 8};
+    performance.frame_names = {"EXP_jaw/000003", "EXP_jaw/000004"};
+  }
+  return PerformanceBytes(performance);
+}
+
 // The header alone: the target makes the data itself.
 std::string HeaderOf(const Avatar& avatar, const std::filesystem::path& scratch) {
   SaveAvatar(scratch, avatar);
@@ -257,6 +275,8 @@ void WriteSeeds(const std::filesystem::path& folder) {
   seed("safetensors", "one",
        SafetensorsHeader(tensors, {{"format", "test"}}) +
            std::string(reinterpret_cast<const char*>(values), sizeof(values)));
+  seed("performance", "whole", SmallPerformance(true));
+  seed("performance", "least", SmallPerformance(false));
   const Avatar avatar = SmallAvatar();
   seed("architecture", "paper", ArchitectureToJson(avatar.architecture));
   seed("architecture", "family", ArchitectureToJson(SmallFamily().architecture));

@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "likeness/avatar/avatar_id.h"
 #include "likeness/avatar/safetensors.h"
 #include "likeness/avatar/tensor_registry.h"
 #include "likeness/base/file.h"
@@ -107,6 +108,19 @@ TEST(Avatar, RoundTripIsExact) {
   const Avatar avatar = SmallAvatar();
   SaveAvatar(folder / "a.safetensors", avatar);
   ExpectEqual(LoadAvatar(folder / "a.safetensors"), avatar);
+}
+
+TEST(Avatar, IsKnownByItsDecoder) {
+  const ScratchFolder folder;
+  Avatar avatar = SmallAvatar();
+  const std::string id = AvatarId(avatar);
+  EXPECT_EQ(id.size(), 16);
+  avatar.codes.clear();
+  avatar.identities[0].name = "anna";
+  SaveAvatar(folder / "a.safetensors", avatar);
+  EXPECT_EQ(AvatarId(SafetensorsFile(folder / "a.safetensors")), id);
+  avatar.weights["decoder.mesh_fc.bias"].values[5] += 1e-3f;
+  EXPECT_NE(AvatarId(avatar), id);
 }
 
 TEST(Avatar, PeopleAndConditionsRoundTrip) {

@@ -101,6 +101,10 @@ TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const 
   return {std::move(name), DType::kF32, std::move(shape), std::as_bytes(values)};
 }
 
+TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const double> values) {
+  return {std::move(name), DType::kF64, std::move(shape), std::as_bytes(values)};
+}
+
 TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const int32_t> values) {
   return {std::move(name), DType::kI32, std::move(shape), std::as_bytes(values)};
 }
@@ -241,22 +245,33 @@ std::span<const std::byte> SafetensorsFile::Bytes(const std::string& name) const
   return std::as_bytes(std::span(bytes_.data() + entry.begin, entry.size));
 }
 
-std::vector<float> SafetensorsFile::Floats(const std::string& name, const std::vector<int64_t>& shape) const {
-  const Entry& entry = Find(name, DType::kF32, shape);
-  std::vector<float> values(entry.size / sizeof(float));
+template <typename T>
+std::vector<T> SafetensorsFile::ValuesOf(const Entry& entry) const {
+  std::vector<T> values(entry.size / sizeof(T));
   if (!values.empty()) std::memcpy(values.data(), bytes_.data() + entry.begin, entry.size);
-  const auto bad = std::find_if_not(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+  return values;
+}
+
+template <typename T>
+std::vector<T> SafetensorsFile::FiniteValuesOf(const std::string& name, const Entry& entry) const {
+  std::vector<T> values = ValuesOf<T>(entry);
+  const auto bad = std::find_if_not(values.begin(), values.end(), [](T v) { return std::isfinite(v); });
   if (bad != values.end()) {
     throw FileError(path_, fmt::format("tensor '{}': value {} is not a finite number", name, bad - values.begin()));
   }
   return values;
 }
 
+std::vector<float> SafetensorsFile::Floats(const std::string& name, const std::vector<int64_t>& shape) const {
+  return FiniteValuesOf<float>(name, Find(name, DType::kF32, shape));
+}
+
+std::vector<double> SafetensorsFile::Doubles(const std::string& name, const std::vector<int64_t>& shape) const {
+  return FiniteValuesOf<double>(name, Find(name, DType::kF64, shape));
+}
+
 std::vector<int32_t> SafetensorsFile::Integers(const std::string& name, const std::vector<int64_t>& shape) const {
-  const Entry& entry = Find(name, DType::kI32, shape);
-  std::vector<int32_t> values(entry.size / sizeof(int32_t));
-  if (!values.empty()) std::memcpy(values.data(), bytes_.data() + entry.begin, entry.size);
-  return values;
+  return ValuesOf<int32_t>(Find(name, DType::kI32, shape));
 }
 
 const SafetensorsFile::Entry& SafetensorsFile::Find(const std::string& name) const {

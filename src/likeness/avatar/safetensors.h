@@ -30,6 +30,7 @@ struct TensorView {
   std::span<const std::byte> bytes;
 };
 TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const float> values);
+TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const double> values);
 TensorView ViewOf(std::string name, std::vector<int64_t> shape, std::span<const int32_t> values);
 
 // What stands before the data: the header's length, the header, and blanks up to a multiple of 64 bytes.
@@ -64,9 +65,10 @@ class SafetensorsFile {
   const std::vector<int64_t>& ShapeOf(const std::string& name) const;
   std::span<const std::byte> Bytes(const std::string& name) const;
 
-  // The values of an F32 (I32) tensor. Throws Error when it has another type or shape; -1 in `shape` matches any
-  // extent. Floats must be finite.
+  // The values of an F32 (F64, I32) tensor. Throws Error when it has another type or shape; -1 in `shape` matches any
+  // extent. Floats and doubles must be finite.
   std::vector<float> Floats(const std::string& name, const std::vector<int64_t>& shape) const;
+  std::vector<double> Doubles(const std::string& name, const std::vector<int64_t>& shape) const;
   std::vector<int32_t> Integers(const std::string& name, const std::vector<int64_t>& shape) const;
 
  private:
@@ -80,6 +82,10 @@ class SafetensorsFile {
   void ParseHeader(std::string_view header, size_t data_begin);
   const Entry& Find(const std::string& name) const;
   const Entry& Find(const std::string& name, DType dtype, const std::vector<int64_t>& shape) const;
+  template <typename T>
+  std::vector<T> ValuesOf(const Entry& entry) const;
+  template <typename T>
+  std::vector<T> FiniteValuesOf(const std::string& name, const Entry& entry) const;
 
   std::filesystem::path path_;
   std::shared_ptr<const void> owner_;

@@ -36,15 +36,17 @@ TEST(Safetensors, RoundTrip) {
   const ScratchFolder folder;
   const std::vector<float> floats = {1.5f, -2, 3e-20f, 4, 5, 6};
   const std::vector<int32_t> integers = {-7, 8};
+  const std::vector<double> doubles = {1.0 / 3, -1e300};
   const std::vector<float> none;
   WriteSafetensors(folder / "a.safetensors",
-                   {ViewOf("b.weight", {2, 3}, floats), ViewOf("a", {2}, integers), ViewOf("empty", {0, 4}, none),
-                    ViewOf("scalar", {}, std::span(floats).first(1))},
+                   {ViewOf("b.weight", {2, 3}, floats), ViewOf("a", {2}, integers), ViewOf("d", {1, 2}, doubles),
+                    ViewOf("empty", {0, 4}, none), ViewOf("scalar", {}, std::span(floats).first(1))},
                    {{"format", "x"}, {"text", "quoted \" and \n and \xc3\xa9"}});
   const SafetensorsFile file(folder / "a.safetensors");
-  EXPECT_THAT(file.names(), ElementsAre("a", "b.weight", "empty", "scalar"));
+  EXPECT_THAT(file.names(), ElementsAre("a", "b.weight", "d", "empty", "scalar"));
   EXPECT_EQ(file.Floats("b.weight", {2, -1}), floats);
   EXPECT_EQ(file.Integers("a", {2}), integers);
+  EXPECT_EQ(file.Doubles("d", {-1, 2}), doubles);
   EXPECT_TRUE(file.Floats("empty", {0, 4}).empty());
   EXPECT_THAT(file.Floats("scalar", {}), ElementsAre(1.5f));
   EXPECT_EQ(file.DTypeOf("a"), DType::kI32);

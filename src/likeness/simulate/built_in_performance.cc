@@ -126,7 +126,7 @@ class Builder {
     }
   }
 
-  Performance Finish() { return std::move(performance_); }
+  SimulatedPerformance Finish() { return std::move(performance_); }
 
  private:
   PerformanceSegment& Begin(std::string name, bool held_out) {
@@ -149,14 +149,14 @@ class Builder {
   uint64_t seed_;
   HeadMotion head_motion_;
   Liveliness liveliness_;
-  Performance performance_;
+  SimulatedPerformance performance_;
   double time_s_ = 0;
   int last_number_ = 0;
 };
 
 }  // namespace
 
-Performance BuiltInPerformance(int frames, uint64_t seed) {
+SimulatedPerformance BuiltInPerformance(int frames, uint64_t seed) {
   if (frames < 2 || frames > kMostFrames) throw Error("a performance has 2 to {} frames, not {}", kMostFrames, frames);
   const int held_out = std::max(1, static_cast<int>(std::lround(0.2 * frames)));
   const int training = frames - held_out;
@@ -176,7 +176,7 @@ Performance BuiltInPerformance(int frames, uint64_t seed) {
   return builder.Finish();
 }
 
-Performance FullPerformance(int frames, uint64_t seed) {
+SimulatedPerformance FullPerformance(int frames, uint64_t seed) {
   const auto& expressions = PeakExpressions();
   const auto& sentences = BuiltInSentences();
   // Shares of the frames: a sentence takes twice as long as an expression, the free face as long as ten sentences.

@@ -158,7 +158,7 @@ LiveLinkRecording ReadLiveLink(const std::filesystem::path& path) {
   return ParseLiveLink(path, ReadFile(path, uint64_t{1} << 28));
 }
 
-Performance PerformanceFromRecording(const LiveLinkRecording& recording, int frames, uint64_t seed) {
+SimulatedPerformance PerformanceFromRecording(const LiveLinkRecording& recording, int frames, uint64_t seed) {
   const auto available = static_cast<int64_t>(recording.frames.size());
   if (frames < 2) throw Error("a performance has 2 frames or more, not {}", frames);
   const int64_t count = std::min<int64_t>(frames, available);
@@ -166,7 +166,7 @@ Performance PerformanceFromRecording(const LiveLinkRecording& recording, int fra
                                  [](const PerformanceFrame& f) { return f.yaw == 0 && f.pitch == 0 && f.roll == 0; });
   const HeadMotion motion(seed);
   const int64_t segments = std::clamp<int64_t>(count / 4, 2, 15);
-  Performance performance;
+  SimulatedPerformance performance;
   for (int64_t s = 0; s < segments; ++s) {
     PerformanceSegment segment{fmt::format("REC_{:02}", s + 1), segments < 3 ? s == 1 : s % 5 == 2, {}};
     for (int64_t i = s * count / segments; i < (s + 1) * count / segments; ++i) {

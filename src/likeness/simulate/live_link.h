@@ -29,6 +29,6 @@ LiveLinkRecording ParseLiveLink(const std::filesystem::path& path_for_errors, st
 // `frames` frames spread evenly over the recording (all of them when it has fewer), cut into consecutive segments
 // REC_01, REC_02, ... of which every fifth, from the third on, is held out. A recording whose head never turns gets the
 // head motion of `seed`.
-Performance PerformanceFromRecording(const LiveLinkRecording& recording, int frames, uint64_t seed);
+SimulatedPerformance PerformanceFromRecording(const LiveLinkRecording& recording, int frames, uint64_t seed);
 
 }  // namespace likeness

@@ -15,7 +15,7 @@ RigidTransform PerformanceFrame::WorldFromHead() const {
   return pose;
 }
 
-int Performance::FrameCount() const {
+int SimulatedPerformance::FrameCount() const {
   int count = 0;
   for (const PerformanceSegment& segment : segments) count += static_cast<int>(segment.frames.size());
   return count;

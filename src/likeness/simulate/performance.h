@@ -31,7 +31,7 @@ struct PerformanceSegment {
   std::vector<PerformanceFrame> frames;
 };
 
-struct Performance {
+struct SimulatedPerformance {
   std::vector<PerformanceSegment> segments;  // none is empty
 
   int FrameCount() const;
@@ -55,11 +55,11 @@ class HeadMotion {
 // A performance without a recording, `frames` frames in all (2 or more): peak expressions (segments EXP_*) and
 // speech-like motion (SEN_*) with blinks, brows, gaze and head motion. About a fifth of the frames is held out: a
 // sentence of its own, and EXP_free_face, mixtures of the expressions. Few frames leave out expressions and sentences.
-Performance BuiltInPerformance(int frames, uint64_t seed);
+SimulatedPerformance BuiltInPerformance(int frames, uint64_t seed);
 
 // As much as the paper's capture: always 173 segments, of one frame or more each, so `frames` is 173 or more. 122 peak
 // expressions (EXP_*) that go from the neutral face to the peak and back, 50 sentences (SEN_*), and EXP_free_face. Held
 // out: the last 10 sentences and EXP_free_face.
-Performance FullPerformance(int frames, uint64_t seed);
+SimulatedPerformance FullPerformance(int frames, uint64_t seed);
 
 }  // namespace likeness

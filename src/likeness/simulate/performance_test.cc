@@ -23,7 +23,7 @@ float WeightOf(const std::array<float, kExpressionCount>& weights, const std::st
 }
 
 // What every source promises.
-void CheckPerformance(const Performance& performance, int frames) {
+void CheckPerformance(const SimulatedPerformance& performance, int frames) {
   EXPECT_EQ(performance.FrameCount(), frames);
   std::set<std::string> names;
   int held_out = 0, last_number = -1;
@@ -63,7 +63,7 @@ void CheckPerformance(const Performance& performance, int frames) {
 TEST(BuiltInPerformanceTest, HasWhatCapturesNeedAtAnyLength) {
   for (const int frames : {2, 3, 5, 10, 17, 48, 60, 250}) {
     SCOPED_TRACE(frames);
-    const Performance performance = BuiltInPerformance(frames, 7);
+    const SimulatedPerformance performance = BuiltInPerformance(frames, 7);
     if (frames >= 10) {
       CheckPerformance(performance, frames);
     } else {
@@ -74,7 +74,8 @@ TEST(BuiltInPerformanceTest, HasWhatCapturesNeedAtAnyLength) {
 }
 
 TEST(BuiltInPerformanceTest, IsTheSameForTheSameSeed) {
-  const Performance a = BuiltInPerformance(40, 3), b = BuiltInPerformance(40, 3), c = BuiltInPerformance(40, 4);
+  const SimulatedPerformance a = BuiltInPerformance(40, 3), b = BuiltInPerformance(40, 3),
+                             c = BuiltInPerformance(40, 4);
   double difference = 0;
   ASSERT_EQ(a.segments.size(), b.segments.size());
   for (size_t s = 0; s < a.segments.size(); ++s) {
@@ -90,7 +91,7 @@ TEST(BuiltInPerformanceTest, IsTheSameForTheSameSeed) {
 
 // Held-out frames do not go further than training frames do.
 TEST(BuiltInPerformanceTest, TrainingCoversWhatIsHeldOut) {
-  const Performance performance = BuiltInPerformance(60, 1);
+  const SimulatedPerformance performance = BuiltInPerformance(60, 1);
   std::array<float, kExpressionCount> most = {};
   for (const PerformanceSegment& segment : performance.segments) {
     for (const PerformanceFrame& frame : segment.frames) {
@@ -112,7 +113,7 @@ TEST(BuiltInPerformanceTest, TrainingCoversWhatIsHeldOut) {
 TEST(FullPerformanceTest, Has122ExpressionsAnd50SentencesAtAnyLength) {
   for (const int frames : {173, 174, 500, 3460}) {
     SCOPED_TRACE(frames);
-    const Performance performance = FullPerformance(frames, 7);
+    const SimulatedPerformance performance = FullPerformance(frames, 7);
     CheckPerformance(performance, frames);
     std::set<std::string> held_out;
     int expressions = 0, sentences = 0;
@@ -133,7 +134,7 @@ TEST(FullPerformanceTest, Has122ExpressionsAnd50SentencesAtAnyLength) {
 }
 
 TEST(FullPerformanceTest, PeaksComeFromTheNeutralFaceAndGoBack) {
-  const Performance performance = FullPerformance(1730, 1);
+  const SimulatedPerformance performance = FullPerformance(1730, 1);
   for (size_t i = 0; i < PeakExpressions().size(); ++i) {
     const PerformanceSegment& segment = performance.segments[i];
     EXPECT_EQ(segment.name, "EXP_" + PeakExpressions()[i].name);
@@ -287,7 +288,7 @@ TEST(LiveLinkTest, ARecordingBecomesSegments) {
   }
   const LiveLinkRecording recording = Parse(text);
   EXPECT_NEAR(recording.frames_per_second, 30, 1e-6);
-  const Performance performance = PerformanceFromRecording(recording, 48, 1);
+  const SimulatedPerformance performance = PerformanceFromRecording(recording, 48, 1);
   EXPECT_EQ(performance.FrameCount(), 48);
   EXPECT_EQ(performance.segments.front().frames.front().pitch, 0.2) << "recorded head motion stays";
   // Spread over the recording: equal steps.

@@ -84,7 +84,7 @@ struct Shot {
   const PerformanceFrame* frame;
 };
 
-std::vector<Shot> ListShots(const Performance& performance) {
+std::vector<Shot> ListShots(const SimulatedPerformance& performance) {
   std::vector<Shot> shots;
   for (const PerformanceSegment& segment : performance.segments) {
     for (const PerformanceFrame& frame : segment.frames) {
@@ -94,7 +94,7 @@ std::vector<Shot> ListShots(const Performance& performance) {
   return shots;
 }
 
-Split MakeSplit(const Rig& rig, const Performance& performance) {
+Split MakeSplit(const Rig& rig, const SimulatedPerformance& performance) {
   Split split;
   split.held_out_cameras = rig.held_out;
   for (const Camera& camera : rig.cameras) {
@@ -182,7 +182,7 @@ bool FitAtOnce(const RigOptions& rig) {
   return int64_t{rig.width} * rig.height * kBytesPerPixel * ThreadCount() <= kMostBytes;
 }
 
-Performance Perform(const SimulateOptions& options) {
+SimulatedPerformance Perform(const SimulateOptions& options) {
   if (!options.performance.empty()) {
     return PerformanceFromRecording(ReadLiveLink(options.performance), options.frames, options.seed);
   }
@@ -248,7 +248,7 @@ SimulateResult SimulateHead(const SimulateOptions& options, const OpenedHead& op
   const std::filesystem::path description_path = layout.Truth() / "options.json";
   CheckSameOptions(description_path, description);
 
-  const Performance performance = Perform(options);
+  const SimulatedPerformance performance = Perform(options);
   const std::vector<Shot> shots = ListShots(performance);
   const PosedHead neutral = head.Pose(std::array<float, kExpressionCount>{});
   const LightRig lights = EvenLights(options.lights, options.exposure);
