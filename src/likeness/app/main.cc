@@ -36,6 +36,9 @@ const std::vector<VerbEntry> kVerbs = {
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
     {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
+#ifdef LIKENESS_VIEWER
+    {"view", RunView, "shows an avatar in a window"},
+#endif
     {"export-capture", RunExportCapture, "writes one frame of a capture for nerfstudio or COLMAP"},
     {"bench", RunBench, "measures the speed of one part"},
 };

@@ -17,6 +17,7 @@ int RunUnwrap(int argc, const char* const* argv);
 int RunTrain(int argc, const char* const* argv);
 int RunEvaluate(int argc, const char* const* argv);
 int RunRender(int argc, const char* const* argv);
+int RunView(int argc, const char* const* argv);
 int RunBench(int argc, const char* const* argv);
 
 }  // namespace likeness
