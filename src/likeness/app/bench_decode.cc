@@ -1,5 +1,7 @@
 // likeness bench decode [AVATAR]
 
+#include "likeness/app/bench_decode.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -26,11 +28,6 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 double Milliseconds(Clock::duration duration) { return std::chrono::duration<double, std::milli>(duration).count(); }
-
-double Quantile(std::vector<double> values, double q) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())))];
-}
 
 struct Arguments {
   fs::path avatar;
@@ -74,7 +71,7 @@ struct Frame {
     const int64_t row = decoder.architecture().texture_size * int64_t{4};
     for (int v = 0; v < view_count; ++v) {
       pixels[v].resize(static_cast<size_t>(row * row / 4));
-      const float x = v == 0 ? -0.0316f : 0.0316f;  // two eyes a metre away
+      const float x = v == 0 ? -kEyeX : kEyeX;
       views.push_back({{x, 0, std::sqrt(1 - x * x)}, pixels[v].data(), row});
     }
   }
@@ -139,12 +136,6 @@ double PeakRate(const Kernel& kernel) {
   }
   kernel.leave(mode);
   return best;
-}
-
-double PsnrDb(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
-  double squares = 0;
-  for (size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]) * (a[i] - b[i]);
-  return squares == 0 ? 100 : 10 * std::log10(255 * 255 * 0.75 * static_cast<double>(a.size()) / squares);
 }
 
 struct Row {
@@ -256,36 +247,53 @@ void PrintText(const std::vector<Row>& rows) {
       "bound: the larger of bytes over measured bandwidth and operations over the kernel's own rate in the cache\n");
 }
 
+void MeasureAndPrint(const fs::path& file, const Arguments& arguments) {
+  if (arguments.kernel == "gl") return BenchDecodeOnGl(file, arguments.seconds, arguments.json);
+  const std::vector<Row> rows = MeasureAll(file, arguments);
+  if (arguments.json) {
+    PrintJson(rows);
+  } else {
+    PrintText(rows);
+  }
+}
+
 }  // namespace
+
+double Quantile(std::vector<double> values, double q) {
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())))];
+}
+
+double PsnrDb(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
+  double squares = 0;
+  for (size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]) * (a[i] - b[i]);
+  return squares == 0 ? 100 : 10 * std::log10(255 * 255 * 0.75 * static_cast<double>(a.size()) / squares);
+}
 
 int RunBenchDecode(int argc, const char* const* argv) {
   Arguments arguments;
   std::vector<std::string> kernels = {"all"};
   for (const Kernel* kernel : AllKernels()) kernels.emplace_back(kernel->name);
+  kernels.emplace_back("gl");
   Command command("bench decode", "Times decoding at run time: each kernel, on one thread and two, one view and two.",
                   "likeness bench decode --json");
   command.Positional("AVATAR", &arguments.avatar, "avatar file or training folder (default: a random network)", false);
   command.Choice("preset", &arguments.preset, {"multiface", "paper"}, "of the random network");
   command.Option("size", &arguments.size, "texels a side of the random network");
   command.Option("vertices", &arguments.vertices, "of the random network's mesh");
-  command.Choice("kernel", &arguments.kernel, kernels, "measure this one alone");
+  command.Choice("kernel", &arguments.kernel, kernels,
+                 "measure this one alone; gl is the GPU, by OpenGL, and not among all");
   command.Option("seconds", &arguments.seconds, "for each measurement");
   command.Option("json", &arguments.json, "write the results as JSON");
   if (!command.Parse(argc, argv)) return 0;
   if (!(arguments.seconds > 0 && arguments.seconds <= 600)) {
     throw Error("--seconds {}: expected more than 0, and at most 600", arguments.seconds);
   }
-  std::vector<Row> rows;
   if (arguments.avatar.empty()) {
     const RandomFile file(arguments);
-    rows = MeasureAll(file.path, arguments);
+    MeasureAndPrint(file.path, arguments);
   } else {
-    rows = MeasureAll(AvatarFile(arguments.avatar), arguments);
-  }
-  if (arguments.json) {
-    PrintJson(rows);
-  } else {
-    PrintText(rows);
+    MeasureAndPrint(AvatarFile(arguments.avatar), arguments);
   }
   return 0;
 }

@@ -37,6 +37,8 @@ Command Describe(Arguments& arguments) {
   command.Option("cache-mb", &o.cache_mb, "memory for textures, packed; the others are read again when needed");
   command.Option("cache-dir", &o.cache_dir,
                  "folder for a file of the textures that --cache-mb does not hold; it goes with the run");
+  command.Option("loss.image", &o.loss.image, "weight of the image loss; of a CAPTURE alone");
+  command.Option("crop", &o.crop, "side of the pieces of pictures for it, pixels; 0: whole");
   command.Option("seed", &o.seed, "of weights and order");
   AddCaptureFlags(&command, &o.capture_options);
   command.Option("json", &arguments.json, "write the results as JSON");

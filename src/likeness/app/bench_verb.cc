@@ -21,6 +21,7 @@ struct BenchEntry {
 
 const std::vector<BenchEntry> kBenches = {
     {"decode", RunBenchDecode, "codes to textures and meshes at run time, with each kernel"},
+    {"frame", RunBenchFrame, "whole stereo frames: decoded and drawn"},
 #ifdef LIKENESS_TRAIN
     {"render-loss", RunBenchRenderLoss, "the image loss of 16 crops, forward and backward"},
 #endif

@@ -34,8 +34,8 @@ const std::vector<VerbEntry> kVerbs = {
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
-    {"render", RunRender, "draws a decoded frame of an avatar"},
 #endif
+    {"render", RunRender, "draws an avatar: pictures and videos"},
 #ifdef LIKENESS_VIEWER
     {"view", RunView, "shows an avatar in a window"},
 #endif

@@ -1,23 +1,23 @@
-// likeness render AVATAR OUT.png
+// likeness render AVATAR OUT
 
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 
 #include "likeness/app/avatar_file.h"
-#include "likeness/app/capture_flags.h"
+#include "likeness/app/avatar_painter.h"
+#include "likeness/app/clip.h"
 #include "likeness/app/command.h"
+#include "likeness/app/picture_output.h"
+#include "likeness/app/shots.h"
 #include "likeness/app/verbs.h"
-#include "likeness/avatar/codes.h"
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
-#include "likeness/base/text.h"
-#include "likeness/image/image_io.h"
+#include "likeness/base/interrupt.h"
+#include "likeness/base/progress.h"
 #include "likeness/image/panels.h"
-#include "likeness/render/portrait.h"
-#include "likeness/render/rasterizer.h"
-#include "likeness/train/model.h"
 
 namespace likeness {
 namespace {
@@ -27,57 +27,36 @@ namespace fs = std::filesystem;
 struct Arguments {
   fs::path avatar;
   fs::path out;
-  std::string view = "0,0";
-  std::string camera;
-  fs::path capture;
-  CaptureOptions capture_options;
-  std::string frame = "mean";
-  fs::path code;
-  std::string identity;
-  std::vector<std::string> conditions;
+  ClipOptions clip;
+  ShotOptions shot;
   int sheet = 0;
-  int width = 0;
-  int height = 0;
-  double focal_px = 0;
   std::string background = "0,0,0";
-  int supersample = 3;
-  std::string device = "cpu";
+  bool transparent = false;
 };
 
 Command Describe(Arguments& a) {
-  Command command("render", "Draws a decoded frame of an avatar, as any of its people.",
-                  "likeness render avatars/demo face.png --view 35,10 --frame mean --background 32,34,38");
+  Command command("render", "Draws an avatar, as any of its people: a picture, a folder of pictures or a video.",
+                  "likeness render avatars/demo turn.mp4 --turntable 6 --view 0,10 --background 32,34,38");
   command.Positional("AVATAR", &a.avatar, "avatar file, or the folder of its training run");
-  command.Positional("OUT", &a.out, "PNG file to write");
-  command.Option("view", &a.view, "AZIMUTH,ELEVATION in degrees: towards the subject's left, and up");
-  command.Option("camera", &a.camera, "the view of this camera of --capture instead");
-  command.Option("capture", &a.capture, "folder of the capture that --camera belongs to");
-  command.Option("frame", &a.frame, "mean, a number from 0, or [PERSON/]SEGMENT/FRAME of a training frame");
-  command.Option("code", &a.code, "text file with a latent code, instead of --frame");
-  command.Option("identity", &a.identity, "which of the avatar's people to draw; default: whose frame it is");
-  command.Option("condition", &a.conditions,
-                 "NAME=V,V,...: a named condition, instead of the frame's; may be repeated");
+  command.Positional("OUT", &a.out, "NAME.png; NAME/ for a folder of pictures; NAME.mp4, .webm or .mkv, by ffmpeg");
+  AddClipFlags(&command, &a.clip);
+  AddShotFlags(&command, &a.shot);
   command.Option(
       "sheet", &a.sheet,
       "so many of --identity's frames, spread evenly, each drawn as everybody: rows of one code, columns of one "
       "person");
-  command.Option("width", &a.width, "pixels; 0: 768, or the camera's");
-  command.Option("height", &a.height, "pixels; 0: 1024, or the camera's");
-  command.Option("focal", &a.focal_px, "focal length in pixels; 0: the head fits, or the camera's");
   command.Option("background", &a.background, "R,G,B, each 0 to 255");
-  command.Option("supersample", &a.supersample, "n x n samples a pixel");
-  command.Option("device", &a.device, "cpu, cuda or cuda:N");
-  AddCaptureFlags(&command, &a.capture_options);
+  command.Option("transparent", &a.transparent, "pictures with opacity instead of a background");
   return command;
 }
 
-std::array<float, 3> ParseBackground(const std::string& text) {
-  std::array<float, 3> colour = {};
+std::array<uint8_t, 3> ParseBackground(const std::string& text) {
+  std::array<uint8_t, 3> colour = {};
   const char *at = text.data(), *const end = at + text.size();
   for (size_t c = 0; c < 3; ++c) {
     const auto [next, error] = std::from_chars(at, end, colour[c]);
     const bool parted = c == 2 ? next == end : next != end && *next == ',';
-    if (error != std::errc() || !parted || !(colour[c] >= 0 && colour[c] <= 255)) {
+    if (error != std::errc() || !parted) {
       throw UsageError(fmt::format("--background is R,G,B, each 0 to 255, such as 32,34,38; not '{}'", text));
     }
     at = next + 1;
@@ -85,66 +64,88 @@ std::array<float, 3> ParseBackground(const std::string& text) {
   return colour;
 }
 
-// Where to look from, and how the head stands there.
-struct Shot {
-  Camera camera;
-  RigidTransform world_from_head;
-};
-
-Shot PortraitShot(const Arguments& a, const Avatar& avatar, int identity) {
-  PortraitOptions options;
-  ParseView(a.view, &options.azimuth_deg, &options.elevation_deg);
-  options.width = a.width > 0 ? a.width : a.sheet > 0 ? 240 : 768;
-  options.height = a.height > 0 ? a.height : a.sheet > 0 ? 320 : 1024;
-  options.focal_px = a.focal_px;
-  return {PortraitCamera(avatar.identities[identity].vertex_mean, avatar.topology, options), {}};
+// One picture at the right of the other; of one height, and as many channels as the first.
+ImageU8 Beside(const ImageU8& left, const ImageU8& right) {
+  LIKENESS_CHECK(left.height() == right.height());
+  ImageU8 both(left.width() + right.width(), left.height(), left.channels(), 255);
+  for (int y = 0; y < left.height(); ++y) {
+    std::memcpy(both.row(y), left.row(y), static_cast<size_t>(left.width()) * left.channels());
+    for (int x = 0; x < right.width(); ++x) {
+      std::memcpy(both.at(left.width() + x, y), right.at(x, y), std::min(left.channels(), right.channels()));
+    }
+  }
+  return both;
 }
 
-ImageU8 Draw(const AvatarModel& model, std::span<const float> code, const FrameConditions& conditions, const Shot& shot,
-             const DrawOptions& options) {
-  const DecodedFrame decoded = model.Decode(code, ViewVector(shot.camera, shot.world_from_head), conditions);
-  return DrawMesh(decoded.vertices_in_head, model.avatar().topology, decoded.texture, shot.camera, shot.world_from_head,
-                  options)
-      .colour;
+ImageU8 Draw(const ClipFrame& frame, const Shots& shots, AvatarPainter* painter) {
+  const Shot shot = shots.Of(frame);
+  const std::vector<ImageU8> eyes = painter->Paint(frame.code, frame.conditions, shot.cameras, shot.world_from_head);
+  return eyes.size() == 2 ? Beside(eyes[0], eyes[1]) : eyes[0];
 }
 
 // Rows of one code, columns of one person.
-ImageU8 DrawSheet(const Arguments& a, const AvatarModel& model, int identity, const DrawOptions& options) {
-  const Avatar& avatar = model.avatar();
-  std::vector<const FrameCode*> frames;
+ImageU8 DrawSheet(const Arguments& a, AvatarPainter* painter) {
+  const Avatar& avatar = painter->avatar();
+  const int identity = a.clip.identity.empty() ? 0 : FindIdentity(avatar, a.clip.identity);
+  std::vector<const FrameCode*> codes;
   for (const FrameCode& code : avatar.codes) {
-    if (code.identity == identity) frames.push_back(&code);
+    if (code.identity == identity) codes.push_back(&code);
   }
-  if (frames.empty()) throw Error("{}: knows no codes of frames; --sheet needs them", a.avatar.string());
-  const size_t count = std::min(frames.size(), static_cast<size_t>(a.sheet));
-  std::vector<ImageU8> rows;
-  for (size_t row = 0; row < count; ++row) {
-    const FrameCode& frame = *frames[row * frames.size() / count];
-    std::vector<Panel> panels;
-    for (int person = 0; person < avatar.architecture.identities; ++person) {
-      FrameConditions conditions = ConditionsOf(frame);
-      conditions.identity = person;
-      for (const std::string& assignment : a.conditions) SetCondition(avatar, assignment, &conditions);
-      panels.push_back({Draw(model, frame.mu, conditions, PortraitShot(a, avatar, person), options),
-                        person == identity ? frame.segment + " " + frame.frame : avatar.identities[person].name});
+  if (codes.empty()) throw Error("{}: knows no codes of frames; --sheet needs them", a.avatar.string());
+  ShotOptions options = a.shot;
+  if (options.width == 0) options.width = 240;
+  if (options.height == 0) options.height = 320;
+  const Shots shots(avatar, options);
+  const int people = avatar.architecture.identities;
+  const size_t count = std::min(codes.size(), static_cast<size_t>(a.sheet));
+  std::vector<std::vector<Panel>> panels(count);
+  // Person by person: the decoder is opened for one.
+  for (int person = 0; person < people; ++person) {
+    for (size_t row = 0; row < count; ++row) {
+      const FrameCode& code = *codes[row * codes.size() / count];
+      ClipFrame frame;
+      frame.code = code.mu;
+      frame.conditions = ConditionsOf(code);
+      frame.conditions.identity = person;
+      for (const std::string& assignment : a.clip.conditions) SetCondition(avatar, assignment, &frame.conditions);
+      panels[row].push_back({Draw(frame, shots, painter),
+                             person == identity ? code.segment + " " + code.frame : avatar.identities[person].name});
     }
-    rows.push_back(SideBySide(panels));
   }
+  std::vector<ImageU8> rows;
+  for (const std::vector<Panel>& row : panels) rows.push_back(SideBySide(row));
   return Stacked(rows);
 }
 
-Shot CaptureShot(const Arguments& a, const FrameCode* frame) {
-  const std::unique_ptr<Capture> capture = OpenCapture(a.capture, a.capture_options);
-  Shot shot;
-  shot.camera = capture->FindCamera(a.camera);
-  if (shot.camera.width == 0) throw Error("camera {} has no image that tells its size", a.camera);
-  const int width = a.width > 0 ? a.width : shot.camera.width, height = a.height > 0 ? a.height : shot.camera.height;
-  shot.camera = shot.camera.Resized(width, height);
-  if (a.focal_px > 0) shot.camera.intrinsics(0, 0) = shot.camera.intrinsics(1, 1) = a.focal_px;
-  // A frame that the avatar names stands as it did then; anything else as in the first frame.
-  const FrameId pose = frame != nullptr ? FrameId{frame->segment, frame->frame} : capture->frames().front();
-  shot.world_from_head = capture->ReadTracked(pose).world_from_head;
-  return shot;
+void DrawClip(const Arguments& a, AvatarPainter* painter) {
+  const std::vector<ClipFrame> clip = MakeClip(painter->avatar(), a.clip);
+  const Shots shots(painter->avatar(), a.shot);
+  const auto output = OpenPictureOutput(a.out, clip.size(), a.transparent, a.clip.frames_per_s);
+  const InterruptScope interrupt;
+  Progress progress("draw frames", static_cast<int64_t>(clip.size()), "frames");
+  for (const ClipFrame& frame : clip) {
+    if (interrupt.Requested()) throw Error("{}: interrupted; nothing was written", a.out.string());
+    ImageU8 picture = Draw(frame, shots, painter);
+    if (!a.shot.beside_truth.empty()) picture = Beside(picture, shots.TruthOf(frame));
+    output->Write(picture);
+    progress.Advance();
+  }
+  progress.Finish();
+  output->Finish();
+}
+
+void Check(const Arguments& a) {
+  a.clip.Check();
+  a.shot.Check();
+  if (a.sheet < 0 || a.sheet > 100) throw UsageError("--sheet has 1 to 100 rows");
+  if (a.sheet > 0 &&
+      (!a.shot.camera.empty() || !a.clip.code.empty() || !a.clip.codes.empty() || !a.clip.segment.empty() ||
+       !a.clip.performance.empty() || a.clip.turntable_s > 0 || a.shot.stereo != "off" || a.transparent)) {
+    throw UsageError(
+        "--sheet draws frames of the avatar's own from --view; of the other options --identity, --condition, the size "
+        "and "
+        "--background go with it");
+  }
 }
 
 }  // namespace
@@ -153,41 +154,16 @@ int RunRender(int argc, const char* const* argv) {
   Arguments a;
   Command command = Describe(a);
   if (!command.Parse(argc, argv)) return 0;
-  if (a.camera.empty() != a.capture.empty()) throw UsageError("--camera and --capture belong together");
-  if (a.width < 0 || a.height < 0 || a.width > 16384 || a.height > 16384) {
-    throw UsageError("--width and --height are 0 to 16384 pixels");
-  }
-  if (a.sheet < 0 || a.sheet > 100) throw UsageError("--sheet has 1 to 100 rows");
-  if (a.sheet > 0 && (!a.camera.empty() || !a.code.empty())) {
-    throw UsageError("--sheet draws frames of the avatar's own from --view; --camera and --code do not go with it");
-  }
-  DrawOptions options;
-  options.supersample = a.supersample;
-  options.background = ParseBackground(a.background);
-  options.Check();
-
-  const std::unique_ptr<AvatarModel> model = AvatarModel::Load(AvatarFile(a.avatar), a.device);
-  const Avatar& avatar = model->avatar();
-  const int identity = a.identity.empty() ? 0 : FindIdentity(avatar, a.identity);
-  ImageU8 picture;
+  Check(a);
+  AvatarPainter painter(AvatarFile(a.avatar), ParseBackground(a.background), a.transparent);
   if (a.sheet > 0) {
-    picture = DrawSheet(a, *model, identity, options);
+    const auto output = OpenPictureOutput(a.out, 1, false, a.clip.frames_per_s);
+    output->Write(DrawSheet(a, &painter));
+    output->Finish();
   } else {
-    NamedCode code;
-    if (a.code.empty()) {
-      code = FindCode(avatar, a.frame, identity);
-    } else {
-      code.mu = ReadCode(a.code, avatar.architecture.latent);
-    }
-    FrameConditions conditions;
-    if (code.frame != nullptr) conditions = ConditionsOf(*code.frame);
-    if (code.frame == nullptr || !a.identity.empty()) conditions.identity = identity;
-    for (const std::string& assignment : a.conditions) SetCondition(avatar, assignment, &conditions);
-    const Shot shot = a.camera.empty() ? PortraitShot(a, avatar, conditions.identity) : CaptureShot(a, code.frame);
-    picture = Draw(*model, code.mu, conditions, shot, options);
+    DrawClip(a, &painter);
   }
-  WritePng(a.out, picture);
-  WriteFile(fs::path(a.out).replace_extension(".toml"), command.ResolvedToml());
+  WriteFile(TomlBeside(a.out), command.ResolvedToml());
   fmt::print("{}\n", a.out.string());
   return 0;
 }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "likeness/app/avatar_file.h"
 #include "likeness/app/capture_flags.h"
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
@@ -12,6 +13,7 @@
 #include "likeness/base/launcher.h"
 #include "likeness/base/log.h"
 #include "likeness/base/progress.h"
+#include "likeness/train/fine_tuning.h"
 #include "likeness/train/ops/precision.h"
 #include "likeness/train/texel_weights.h"
 #include "likeness/train/trainer.h"
@@ -66,6 +68,10 @@ Command Describe(Arguments& arguments) {
   command.Option("loss.texture", &o.loss.texture, "weight of the texture term");
   command.Option("loss.geometry", &o.loss.geometry, "weight of the vertex term");
   command.Option("loss.kl", &o.loss.kl, "weight of the code's divergence from a normal distribution");
+  command.Option("loss.image", &o.loss.image, "weight of the drawn picture's error over head pixels; 0: none is drawn");
+  command.Option("crop", &o.crop, "side of the pieces of pictures for it, pixels, about random head pixels; 0: whole");
+  command.Option("silhouettes", &o.silhouettes, "the image loss moves the mesh's outlines, too");
+  command.Option("from", &o.from, "avatar to go on from, file or folder; what decides the network is taken from it");
   command.Option("seed", &o.seed, "of weights, order and noise");
   command.Option("device", &o.device, "cpu, cuda or cuda:N");
   command.Choice("precision", &o.precision, PrecisionNames(), "number format of the convolutions");
@@ -98,7 +104,8 @@ void PrintSummary(const TrainOptions& options, const TrainResult& result, bool j
                                             {"loss", result.loss},
                                             {"loss_texture", result.loss_texture},
                                             {"loss_geometry", result.loss_geometry},
-                                            {"loss_kl", result.loss_kl}};
+                                            {"loss_kl", result.loss_kl},
+                                            {"loss_image", result.loss_image}};
     fmt::print("{}\n", summary.dump(2));
     return;
   }
@@ -107,8 +114,9 @@ void PrintSummary(const TrainOptions& options, const TrainResult& result, bool j
              100 * result.waiting);
   if (result.waiting > 0.05)
     fmt::print("more --workers, a larger --cache-mb or a --cache-dir would shorten the waiting\n");
-  fmt::print("loss {:.5f}: texture {:.5f}, geometry {:.5f}, KL {:.4f}\n", result.loss, result.loss_texture,
-             result.loss_geometry, result.loss_kl);
+  const std::string image = options.loss.image > 0 ? fmt::format(", image {:.5f}", result.loss_image) : "";
+  fmt::print("loss {:.5f}: texture {:.5f}, geometry {:.5f}, KL {:.4f}{}\n", result.loss, result.loss_texture,
+             result.loss_geometry, result.loss_kl, image);
   if (result.skipped > 0) fmt::print("{} steps were skipped as a value was not finite\n", result.skipped);
   if (result.finished) {
     fmt::print("avatar: {}\n", result.avatar.string());
@@ -123,11 +131,15 @@ void PrintSummary(const TrainOptions& options, const TrainResult& result, bool j
 int RunTrain(int argc, const char* const* argv) {
   Arguments arguments;
   if (!Describe(arguments).Parse(argc, argv)) return 0;
-  // A second reading puts the preset's values in place of the defaults, and what was given on top.
+  // A second reading puts the preset's values, and the network of --from, in place of the defaults, and what was given
+  // on top.
+  const std::filesystem::path from = arguments.options.from;
   arguments.options = PresetOptions(arguments.options.preset);
+  if (!from.empty()) AdoptNetwork(LoadAvatar(AvatarFile(from)), &arguments.options);
   Command command = Describe(arguments);
   if (!command.Parse(argc, argv)) return 0;
   arguments.options.Check();
+  if (!from.empty()) arguments.options.from = AvatarFile(from);
 
   // One of several processes speaks for all.
   const bool speaks = ReadLauncher().rank == 0;

@@ -49,22 +49,38 @@ NamedCode FindCode(const Avatar& avatar, const std::string& name, int identity) 
               avatar.identities.size() > 1 ? "PERSON/" : "");
 }
 
+std::vector<std::vector<float>> ReadCodeSequence(const std::filesystem::path& path, int latent) {
+  constexpr uint64_t kMostBytes = 1 << 28;
+  return ParseCodeSequence(path, ReadFile(path, kMostBytes), latent);
+}
+
+std::vector<std::vector<float>> ParseCodeSequence(const std::filesystem::path& path_for_errors, std::string text,
+                                                  int latent) {
+  std::replace(text.begin(), text.end(), ',', ' ');
+  TextLines lines(path_for_errors, text);
+  std::vector<std::vector<float>> codes;
+  size_t count = 0;
+  while (lines.Next()) {
+    for (const std::string_view word : lines.Words()) {
+      if (count++ % latent == 0) codes.emplace_back();
+      codes.back().push_back(lines.Float(word));
+    }
+  }
+  if (count == 0 || count % latent != 0) {
+    throw FileError(path_for_errors, fmt::format("holds {} numbers; this avatar's codes have {} each", count, latent));
+  }
+  return codes;
+}
+
 std::vector<float> ReadCode(const std::filesystem::path& path, int latent) {
   constexpr uint64_t kMostBytes = 1 << 20;
   return ParseCode(path, ReadFile(path, kMostBytes), latent);
 }
 
 std::vector<float> ParseCode(const std::filesystem::path& path_for_errors, std::string text, int latent) {
-  std::replace(text.begin(), text.end(), ',', ' ');
-  TextLines lines(path_for_errors, text);
-  std::vector<float> code;
-  while (lines.Next()) {
-    for (const std::string_view word : lines.Words()) code.push_back(lines.Float(word));
-  }
-  if (code.size() != static_cast<size_t>(latent)) {
-    throw FileError(path_for_errors, fmt::format("holds {} numbers; this avatar's codes have {}", code.size(), latent));
-  }
-  return code;
+  std::vector<std::vector<float>> codes = ParseCodeSequence(path_for_errors, std::move(text), latent);
+  if (codes.size() != 1) throw FileError(path_for_errors, fmt::format("holds {} codes; expected one", codes.size()));
+  return std::move(codes.front());
 }
 
 }  // namespace likeness

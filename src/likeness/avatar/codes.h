@@ -22,8 +22,13 @@ struct NamedCode {
 };
 NamedCode FindCode(const Avatar& avatar, const std::string& name, int identity = 0);
 
-// Reads a code from a text file: as many numbers as the avatar's latent code has, parted by blanks, commas or lines.
-// Throws Error with the line.
+// Reads codes from a text file, one after another, each of as many numbers as the avatar's latent code has, parted by
+// blanks, commas or lines. Throws Error with the line.
+std::vector<std::vector<float>> ReadCodeSequence(const std::filesystem::path& path, int latent);
+std::vector<std::vector<float>> ParseCodeSequence(const std::filesystem::path& path_for_errors, std::string text,
+                                                  int latent);
+
+// The same of a file that holds one.
 std::vector<float> ReadCode(const std::filesystem::path& path, int latent);
 std::vector<float> ParseCode(const std::filesystem::path& path_for_errors, std::string text, int latent);
 

@@ -61,5 +61,13 @@ TEST(CodesTest, AreReadFromText) {
   }
 }
 
+TEST(CodesTest, SequencesAreReadFromText) {
+  EXPECT_THAT(ParseCodeSequence("codes.txt", "1 2 3\n4,5\n6", 3),
+              ElementsAre(ElementsAre(1, 2, 3), ElementsAre(4, 5, 6)));
+  for (const char* wrong : {"", "1 2 3 4 5", "1 2 3 x 5 6"}) {
+    EXPECT_THAT(ErrorOf([&] { ParseCodeSequence("codes.txt", wrong, 3); }), HasSubstr("codes.txt")) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace likeness

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "likeness/base/error.h"
+#include "likeness/decode/frame_checks.h"
 #include "likeness/decode/kernels.h"
 
 namespace likeness {
@@ -14,20 +15,10 @@ namespace {
 
 constexpr int kMostThreads = 64;
 
-bool AllFinite(std::span<const float> values) {
-  return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
-}
-
-// What a plan makes of a few codes, from the front.
-struct Sample {
-  std::vector<uint8_t> pixels;
-  std::vector<float> vertices;
-};
-
+// What a plan makes of the sample codes.
 Sample SampleOf(Plan& plan, Team& team, const DecoderNetwork& network) {
   const int64_t size = network.architecture.texture_size, vertices = network.architecture.vertex_count;
-  std::vector<std::vector<float>> codes = network.some_codes;
-  codes.push_back(network.mean_code);
+  const std::vector<std::vector<float>> codes = SampleCodes(network);
   Sample sample;
   sample.pixels.resize(codes.size() * size * size * 4);
   sample.vertices.resize(codes.size() * vertices * 3);
@@ -35,7 +26,7 @@ Sample SampleOf(Plan& plan, Team& team, const DecoderNetwork& network) {
     FrameRequest request;
     request.code = codes[i].data();
     request.views = 1;
-    request.view[0][2] = 1;
+    std::copy_n(kSampleDirection, 3, request.view[0]);
     request.pixels[0] = sample.pixels.data() + i * size * size * 4;
     request.row_bytes[0] = size * 4;
     request.vertices = sample.vertices.data() + i * vertices * 3;
@@ -45,22 +36,15 @@ Sample SampleOf(Plan& plan, Team& team, const DecoderNetwork& network) {
   return sample;
 }
 
-KernelAccuracy Compare(const Sample& sample, const Sample& truth) {
-  double squares = 0, largest = 0;
-  for (size_t i = 0; i < truth.pixels.size(); ++i) {
-    const int difference = sample.pixels[i] - truth.pixels[i];
-    squares += difference * difference;
-  }
-  for (size_t i = 0; i < truth.vertices.size(); i += 3) {
-    double distance = 0;
-    for (size_t k = i; k < i + 3; ++k) {
-      const double difference = static_cast<double>(sample.vertices[k]) - truth.vertices[k];
-      distance += difference * difference;
-    }
-    largest = std::max(largest, distance);
-  }
-  const double mean = squares / (static_cast<double>(truth.pixels.size()) * 3 / 4);  // opacity is always equal
-  return {mean > 0 ? 10 * std::log10(255 * 255 / mean) : 100, std::sqrt(largest)};
+std::shared_ptr<Team> OwnTeam(const DecoderOptions& options) {
+  Team::Options team;
+  team.threads =
+      options.threads > 0 ? options.threads : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
+  team.pin = options.pin;
+  team.spin_ms = options.spin_ms;
+  team.parallel = options.parallel;
+  team.pool = options.pool;
+  return std::make_shared<Team>(team);
 }
 
 }  // namespace
@@ -68,7 +52,8 @@ KernelAccuracy Compare(const Sample& sample, const Sample& truth) {
 void DecoderOptions::Check() const {
   if (threads < 0 || threads > kMostThreads) throw Error("threads is {}; expected 0 to {}", threads, kMostThreads);
   if (!(spin_ms >= 0 && spin_ms <= 1e6)) throw Error("spin_ms is {}; expected 0 to 1000000", spin_ms);
-  if (!AllFinite(display.gain) || !AllFinite(display.offset)) throw Error("a display transform is not finite");
+  CheckConditions(conditions);
+  CheckDisplay(display);
   if (kernel != "auto") FindKernel(kernel);
 }
 
@@ -78,20 +63,13 @@ std::unique_ptr<Decoder> Decoder::Open(const std::filesystem::path& avatar_file,
 
 Decoder::Decoder(SafetensorsFile file, const DecoderOptions& options) {
   options.Check();
-  const DecoderNetwork network = NetworkFrom(std::move(file), options.display, options.person);
+  const DecoderNetwork network = NetworkFrom(std::move(file), options.display, options.person, options.conditions);
   architecture_ = network.architecture;
   mean_code_ = network.mean_code;
   triangles_ = network.triangles;
   triangle_uvs_ = network.triangle_uvs;
   uvs_ = network.uvs;
-  Team::Options team;
-  team.threads =
-      options.threads > 0 ? options.threads : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 8);
-  team.pin = options.pin;
-  team.spin_ms = options.spin_ms;
-  team.parallel = options.parallel;
-  team.pool = options.pool;
-  team_ = std::make_unique<Team>(team);
+  team_ = options.team != nullptr ? options.team : OwnTeam(options);
   ChoosePlan(network, options);
   kernel_ = plan_->kernel().name;
 }
@@ -117,7 +95,7 @@ void Decoder::ChoosePlan(const DecoderNetwork& network, const DecoderOptions& op
     const Sample truth = SampleOf(*plans.back(), *team_, network);
     for (size_t i = 0; i + 1 < plans.size(); ++i) {
       const KernelAccuracy accuracy = Compare(SampleOf(*plans[i], *team_, network), truth);
-      if (accuracy.psnr_db < kLeastPsnrDb || accuracy.largest_distance_mm > kMostDistanceMm) continue;
+      if (!accuracy.Suffices()) continue;
       accuracy_ = accuracy;
       checked_ = true;
       plan_ = std::move(plans[i]);
@@ -128,25 +106,19 @@ void Decoder::ChoosePlan(const DecoderNetwork& network, const DecoderOptions& op
 }
 
 void Decoder::Decode(std::span<const float> code, std::span<const View> views, const Mesh& mesh, PixelFormat format) {
-  if (code.size() != static_cast<size_t>(architecture_.latent)) {
-    throw Error("a code has {} values; this avatar's have {}", code.size(), architecture_.latent);
-  }
-  if (!AllFinite(code)) throw Error("a code holds a value that is not finite");
-  if (views.size() > kMostViews) throw Error("{} views; expected at most {}", views.size(), kMostViews);
+  CheckCode(code, architecture_);
+  CheckViewCount(views.size());
   FrameRequest request;
   request.code = code.data();
   request.format = format;
   const int64_t row = static_cast<int64_t>(architecture_.texture_size) * (format == PixelFormat::kRgba8 ? 4 : 8);
   for (const View& view : views) {
-    const float* d = view.direction;
-    const double length = std::sqrt(static_cast<double>(d[0]) * d[0] + static_cast<double>(d[1]) * d[1] +
-                                    static_cast<double>(d[2]) * d[2]);
-    if (!(std::abs(length - 1) < 1e-3)) throw Error("a view vector is {} long; expected a unit vector", length);
+    CheckDirection(view.direction);
     if (view.pixels == nullptr) throw Error("a view has no memory for its texture");
     if (view.row_bytes < row)
       throw Error("a texture's rows are {} bytes apart; expected at least {}", view.row_bytes, row);
     const int v = request.views++;
-    std::copy_n(d, 3, request.view[v]);
+    std::copy_n(view.direction, 3, request.view[v]);
     request.pixels[v] = static_cast<uint8_t*>(view.pixels);
     request.row_bytes[v] = view.row_bytes;
   }
@@ -159,9 +131,7 @@ void Decoder::Decode(std::span<const float> code, std::span<const View> views, c
 }
 
 void Decoder::Jacobian(std::span<const float> code, std::span<const int> vertices, std::span<float> out) {
-  if (code.size() != static_cast<size_t>(architecture_.latent) || !AllFinite(code)) {
-    throw Error("a code has {} values; expected {} finite ones", code.size(), architecture_.latent);
-  }
+  CheckCode(code, architecture_);
   for (const int vertex : vertices) {
     if (vertex < 0 || vertex >= architecture_.vertex_count) {
       throw Error("there is no vertex {}; the mesh has {}", vertex, architecture_.vertex_count);

@@ -12,35 +12,32 @@
 
 #include "likeness/avatar/architecture.h"
 #include "likeness/avatar/safetensors.h"
+#include "likeness/base/team.h"
+#include "likeness/decode/accuracy.h"
 #include "likeness/decode/kernel.h"
 #include "likeness/decode/network.h"
 #include "likeness/decode/plan.h"
-#include "likeness/decode/team.h"
 
 namespace likeness {
 
 struct DecoderOptions {
   // "auto": the fastest one that keeps this avatar's accuracy (below), or a kernel by name: AllKernels().
   std::string kernel = "auto";
-  int threads = 2;     // 1 to 64; 0: as many as there are cores, up to 8
-  bool pin = true;     // own threads to cores
-  double spin_ms = 2;  // own threads wait so long for the next frame before they sleep
-  int person = 0;      // whose face, of an avatar of several people; named conditions stay at their means
+  int threads = 2;                // 1 to 64; 0: as many as there are cores, up to 8
+  bool pin = true;                // own threads to cores
+  double spin_ms = 2;             // own threads wait so long for the next frame before they sleep
+  int person = 0;                 // whose face, of an avatar of several people
+  std::vector<float> conditions;  // of all named ones, as captured, for all frames; empty: their means
   DisplayTransform display;
   ParallelCallback parallel = nullptr;  // the caller's pool, in place of own threads
   void* pool = nullptr;
+  // Threads shared with others who work by turns, such as the renderer: in place of all that the options say of
+  // threads.
+  std::shared_ptr<Team> team;
 
   // Throws Error for values out of range.
   void Check() const;
 };
-
-// How a kernel of lower precision compares with a float32 one, over a few of the avatar's own mean codes.
-struct KernelAccuracy {
-  double psnr_db = 0;              // of the 8-bit textures; 100 where they are equal
-  double largest_distance_mm = 0;  // between vertices
-};
-inline constexpr double kLeastPsnrDb = 50;
-inline constexpr double kMostDistanceMm = 0.02;
 
 // Textures are square, RGBA, row 0 is v = 1, opacity 1.
 //   kRgba8    colours from 0 to 255 as in training, rounded and clamped
@@ -97,7 +94,7 @@ class Decoder {
   std::string kernel_;
   KernelAccuracy accuracy_;
   bool checked_ = false;
-  std::unique_ptr<Team> team_;
+  std::shared_ptr<Team> team_;
   std::unique_ptr<Plan> plan_;
 };
 

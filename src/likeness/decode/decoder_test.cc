@@ -4,82 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <functional>
 #include <thread>
 
 #include "likeness/avatar/plain_network.h"
 #include "likeness/base/testing.h"
 #include "likeness/decode/kernels.h"
 #include "likeness/decode/random_avatar.h"
+#include "likeness/decode/test_architectures.h"
 
 namespace likeness {
 namespace {
 
 using testing::HasSubstr;
-
-struct Choice {
-  std::string name;
-  Architecture architecture;
-};
-void PrintTo(const Choice& choice, std::ostream* out) { *out << choice.name; }
-
-Choice Choose(const std::string& name, const std::function<void(Architecture&)>& change) {
-  Choice choice{name, {}};
-  choice.architecture.texture_size = 64;
-  choice.architecture.vertex_count = 37;
-  choice.architecture.latent = 11;
-  change(choice.architecture);
-  return choice;
-}
-
-// Each thing that decides what the decoder computes; normalisation is folded before a file is written.
-std::vector<Choice> Choices() {
-  std::vector<Choice> choices;
-  for (const std::string& name : ConditioningNames()) {
-    choices.push_back(Choose(name, [&](Architecture& a) { a.conditioning = ParseConditioning(name); }));
-  }
-  choices.push_back(Choose("tied", [](Architecture& a) { a.untied_bias = UntiedBias::kNone; }));
-  choices.push_back(Choose("nearest", [](Architecture& a) { a.upsampling = Upsampling::kNearest; }));
-  choices.push_back(Choose("residual", [](Architecture& a) { a.residual = true; }));
-  choices.push_back(Choose("residual nearest tied", [](Architecture& a) {
-    a.residual = true;
-    a.upsampling = Upsampling::kNearest;
-    a.untied_bias = UntiedBias::kNone;
-    a.conditioning = Conditioning::kFc8All;
-  }));
-  for (const int size : {16, 32, 128}) {
-    choices.push_back(Choose(fmt::format("size {}", size), [&](Architecture& a) { a.texture_size = size; }));
-  }
-  choices.push_back(Choose("multiface", [](Architecture& a) {
-    a.layout = Layout::kMultiface;
-    a.texture_size = 256;
-    a.latent = 20;
-  }));
-  choices.push_back(Choose("multiface fc8-all", [](Architecture& a) {
-    a.layout = Layout::kMultiface;
-    a.texture_size = 256;
-    a.latent = 40;
-    a.conditioning = Conditioning::kFc8All;
-  }));
-  choices.push_back(Choose("linear", [](Architecture& a) { a.model = ModelKind::kLinear; }));
-  choices.push_back(Choose("people", [](Architecture& a) {
-    a.identities = 3;
-    a.identity = IdentityConditioning::kOneHot;
-  }));
-  choices.push_back(Choose("learned people with a condition", [](Architecture& a) {
-    a.identities = 2;
-    a.identity = IdentityConditioning::kLearned;
-    a.identity_size = 5;
-    a.conditions = {{"gaze", 6}};
-  }));
-  choices.push_back(Choose("linear people", [](Architecture& a) {
-    a.model = ModelKind::kLinear;
-    a.identities = 2;
-    a.identity = IdentityConditioning::kOneHot;
-  }));
-  choices.push_back(Choose("bilinear", [](Architecture& a) { a.model = ModelKind::kBilinear; }));
-  return choices;
-}
 
 std::string FileOf(const Avatar& avatar) {
   static const ScratchFolder folder;
@@ -99,11 +35,14 @@ struct Truth {
 
 int LastPerson(const Avatar& avatar) { return avatar.architecture.identities - 1; }
 
-// Of the last person, under the named conditions' means.
-Truth TruthOf(const Avatar& avatar, const std::vector<float>& code) {
+// Of the last person; without values the named conditions are at their means.
+Truth TruthOf(const Avatar& avatar, const std::vector<float>& code, const std::vector<float>& conditions = {}) {
   const PlainNetwork plain{avatar.architecture, avatar.weights};
-  const std::vector<double> condition =
-      plain.Condition(LastPerson(avatar), std::vector<double>(NamedChannels(avatar.architecture), 0.0));
+  std::vector<double> named(NamedChannels(avatar.architecture), 0.0);
+  for (size_t i = 0; i < conditions.size(); ++i) {
+    named[i] = (conditions[i] - avatar.condition_mean[i]) / avatar.condition_deviation[i];
+  }
+  const std::vector<double> condition = plain.Condition(LastPerson(avatar), named);
   const Identity& person = avatar.identities.back();
   const std::vector<double> z(code.begin(), code.end());
   Truth truth;
@@ -190,7 +129,8 @@ TEST_P(DecoderChoice, EveryKernelEqualsThePlainNetwork) {
   const Avatar avatar = RandomAvatar(GetParam().architecture, 1);
   const std::string file = FileOf(avatar);
   const std::vector<float>& code = avatar.codes[1].mu;
-  const Truth truth = TruthOf(avatar, code);
+  const std::vector<float>& conditions = avatar.codes[1].conditions;
+  const Truth truth = TruthOf(avatar, code, conditions);
   for (const Kernel* kernel : AllKernels()) {
     if (!kernel->available()) {
       GTEST_LOG_(INFO) << "this processor lacks " << kernel->name;
@@ -200,6 +140,7 @@ TEST_P(DecoderChoice, EveryKernelEqualsThePlainNetwork) {
     DecoderOptions options;
     options.kernel = kernel->name;
     options.person = LastPerson(avatar);
+    options.conditions = conditions;
     const auto decoder = Decoder::Open(file, options);
     const Frame frame = DecodeFrame(*decoder, code);
     const bool exact = kernel->name == std::string("portable");

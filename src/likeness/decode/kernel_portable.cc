@@ -5,6 +5,7 @@
 #define LIKENESS_VECTOR_BYTES 16
 #define LIKENESS_TILE_ROWS 6
 #include "likeness/decode/float_kernel_impl.h"
+#include "likeness/decode/half_float_impl.h"
 
 namespace likeness {
 namespace {
@@ -25,20 +26,6 @@ bool PackColours(const float* values, int count, void* packed) { return PackBias
 bool PackDense(const float* values, int64_t count, void* packed) {
   for (int64_t i = 0; i < count; ++i) static_cast<Half*>(packed)[i] = values[i];
   return true;
-}
-
-// Rounds to nearest, ties to even. What is too large becomes the largest finite value.
-inline uint16_t HalfFloat(float value) {
-  constexpr float kLargest = 65504;
-  const float clamped = value < -kLargest ? -kLargest : value > kLargest ? kLargest : value;
-  const uint32_t bits = __builtin_bit_cast(uint32_t, clamped);
-  const uint32_t sign = bits >> 16 & 0x8000, magnitude = bits & 0x7fffffff;
-  if (magnitude < 0x38800000) {  // below the smallest normal one: multiples of 2^-24
-    const float scaled = __builtin_bit_cast(float, magnitude) * 16777216.0f;
-    return static_cast<uint16_t>(sign | static_cast<uint32_t>(__builtin_rintf(scaled)));
-  }
-  const uint32_t rounded = magnitude + 0xfff + (magnitude >> 13 & 1);
-  return static_cast<uint16_t>(sign | ((rounded - 0x38000000) >> 13));
 }
 
 void Convert(const float* values, int count, PixelFormat format, void* pixels) {

@@ -32,7 +32,8 @@ typedef enum likeness_status {
   LIKENESS_INVALID_ARGUMENT = 1, /* a null pointer, a size that does not fit, a value that is not finite */
   LIKENESS_BAD_FILE = 2,         /* absent, damaged, no avatar, or one that this version does not know */
   LIKENESS_OUT_OF_MEMORY = 3,
-  LIKENESS_INTERNAL_ERROR = 4 /* a mistake of ours: please report it */
+  LIKENESS_INTERNAL_ERROR = 4, /* a mistake of ours: please report it */
+  LIKENESS_OPENGL_ERROR = 5    /* no context, one older than 4.3, or too little memory of the GPU's */
 } likeness_status;
 
 /* What went wrong in this thread's last call that failed; "" when none has. Valid until the next call that fails. */
@@ -107,6 +108,49 @@ LIKENESS_API likeness_status likeness_decode(likeness_decoder* decoder, const fl
  * `vertices` lists `count` of them; NULL means all, and then count must be vertex_count. */
 LIKENESS_API likeness_status likeness_mesh_jacobian(likeness_decoder* decoder, const float* code,
                                                     const int32_t* vertices, int32_t count, float* jacobian);
+
+/* The decoder on a GPU, by OpenGL 4.3: textures and vertices stay in OpenGL's textures and a buffer, for the caller to
+ * draw. The caller's context is current in each of these calls, and is the same in all of one decoder. */
+typedef struct likeness_gl_decoder likeness_gl_decoder;
+
+typedef struct likeness_gl_options {
+  uint32_t size; /* sizeof(likeness_gl_options) */
+  /* The address of one of OpenGL's functions, "glGetString", as windows' libraries and EGL give it; not NULL. */
+  void* (*get_proc_address)(void* user, const char* name);
+  void* user;             /* handed to it */
+  likeness_format format; /* of the textures */
+  const char* storage;    /* of weights and features: NULL or "auto": half where accurate enough; "half", "float" */
+  float gain[3];          /* as in likeness_options */
+  float offset[3];
+  int32_t person;
+} likeness_gl_options;
+
+/* Sets the defaults: RGBA8, "auto", colours as they are, the first person; get_proc_address is NULL. */
+LIKENESS_API void likeness_gl_default_options(likeness_gl_options* options);
+
+LIKENESS_API likeness_status likeness_gl_open(const char* path, const likeness_gl_options* options,
+                                              likeness_gl_decoder** decoder);
+LIKENESS_API likeness_status likeness_gl_open_memory(const void* bytes, size_t byte_count,
+                                                     const likeness_gl_options* options, likeness_gl_decoder** decoder);
+LIKENESS_API void likeness_gl_close(likeness_gl_decoder* decoder); /* NULL is allowed */
+
+/* `kernel` is "gl half" or "gl float". */
+LIKENESS_API likeness_status likeness_gl_get_info(const likeness_gl_decoder* decoder, likeness_info* info);
+
+typedef struct likeness_gl_outputs {
+  uint32_t size;       /* sizeof(likeness_gl_outputs) */
+  uint32_t texture[2]; /* of each view: GL_TEXTURE_2D, GL_RGBA8 or GL_RGBA16F, t = 0 is v = 1; with room for mipmaps */
+  uint32_t vertices;   /* a buffer: x y z as packed floats, millimetres, head space */
+} likeness_gl_outputs;
+/* They stay the same until the decoder is closed, and belong to it. */
+LIKENESS_API likeness_status likeness_gl_get_outputs(const likeness_gl_decoder* decoder, likeness_gl_outputs* outputs);
+
+/* Hands a frame to the GPU and returns; what is drawn next sees it, without a wait or a barrier of the caller's.
+ *   views  [view_count, 3] unit vectors, 0 to 2 of them
+ *   mesh   not 0: the vertices too
+ * docs/run-time-library.md says which of the context's state changes. */
+LIKENESS_API likeness_status likeness_gl_decode(likeness_gl_decoder* decoder, const float* code, const float* views,
+                                                int32_t view_count, int32_t mesh);
 
 #ifdef __cplusplus
 }

@@ -1,11 +1,10 @@
-// The C interface: translates arguments, and keeps every exception on this side.
+// The C interface to the decoder on the processor: translates arguments.
 
 #include <algorithm>
 #include <cstring>
-#include <new>
-#include <string>
 
 #include "likeness/base/error.h"
+#include "likeness/decode/c_interface.h"
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/likeness.h"
 
@@ -17,31 +16,8 @@ namespace {
 
 using likeness::Decoder;
 using likeness::Error;
-
-// Not a string: that could run out of memory while it tells of it.
-constexpr size_t kMostText = 1024;
-thread_local char last_error[kMostText] = "";
-
-likeness_status Fail(likeness_status status, const char* text) {
-  std::strncpy(last_error, text, kMostText - 1);
-  return status;
-}
-
-template <typename Call>
-likeness_status Guarded(likeness_status of_error, const Call& call) {
-  try {
-    call();
-    return LIKENESS_OK;
-  } catch (const Error& error) {
-    return Fail(of_error, error.what());
-  } catch (const std::bad_alloc&) {
-    return Fail(LIKENESS_OUT_OF_MEMORY, "out of memory");
-  } catch (const std::exception& error) {
-    return Fail(LIKENESS_INTERNAL_ERROR, error.what());
-  } catch (...) {
-    return Fail(LIKENESS_INTERNAL_ERROR, "an unknown exception");
-  }
-}
+using likeness::Fail;
+using likeness::Guarded;
 
 likeness::DecoderOptions OptionsFrom(const likeness_options* given) {
   likeness::DecoderOptions options;
@@ -84,7 +60,7 @@ extern "C" {
 
 uint32_t likeness_api_version(void) { return LIKENESS_API_VERSION; }
 
-const char* likeness_last_error(void) { return last_error; }
+const char* likeness_last_error(void) { return likeness::LastError(); }
 
 void likeness_default_options(likeness_options* options) {
   if (options == nullptr) return;
@@ -117,17 +93,7 @@ void likeness_close(likeness_decoder* decoder) { delete decoder; }
 likeness_status likeness_get_info(const likeness_decoder* decoder, likeness_info* info) {
   if (decoder == nullptr || info == nullptr) return Fail(LIKENESS_INVALID_ARGUMENT, "a null pointer was given");
   const Decoder& d = *decoder->decoder;
-  likeness_info all = {};
-  all.size = info->size;
-  all.texture_size = d.architecture().texture_size;
-  all.vertex_count = d.architecture().vertex_count;
-  all.latent = d.architecture().latent;
-  all.triangle_count = static_cast<int32_t>(d.triangles().size() / 3);
-  all.uv_count = static_cast<int32_t>(d.uvs().size() / 2);
-  all.mean_code = d.mean_code().data();
-  all.triangles = d.triangles().data();
-  all.triangle_uvs = d.triangle_uvs().data();
-  all.uvs = d.uvs().data();
+  likeness_info all = likeness::InfoOf(d, info->size);
   all.kernel = d.kernel().c_str();
   all.kernel_psnr_db = d.accuracy() != nullptr ? d.accuracy()->psnr_db : 0;
   std::memcpy(info, &all, std::min<size_t>(info->size, sizeof(all)));

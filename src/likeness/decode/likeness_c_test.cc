@@ -1,10 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
+
+#include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/testing.h"
 #include "likeness/decode/likeness.h"
 #include "likeness/decode/random_avatar.h"
+#include "likeness/gl/objects.h"
+#include "likeness/gl/offscreen.h"
 
 namespace likeness {
 namespace {
@@ -85,6 +90,70 @@ TEST_F(CInterface, MistakesAreStatusesWithText) {
   EXPECT_EQ(likeness_decode(nullptr, code, nullptr, 0, &mesh, LIKENESS_RGBA8), LIKENESS_INVALID_ARGUMENT);
   likeness_close(decoder);
   likeness_close(nullptr);
+}
+
+void* EglAddress(void* user, const char* name) {
+  ++*static_cast<int*>(user);
+  return OffscreenContext::FunctionAddress(name);
+}
+
+TEST_F(CInterface, DecodesOnAGpuAsTheHeaderSays) {
+  std::unique_ptr<OffscreenContext> context;
+  try {
+    context = std::make_unique<OffscreenContext>(4, 3);
+  } catch (const Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const GlFunctions& gl = context->gl();
+  int loaded = 0;
+  likeness_gl_options options;
+  likeness_gl_default_options(&options);
+  likeness_gl_decoder* decoder = nullptr;
+  EXPECT_EQ(likeness_gl_open(path_.c_str(), &options, &decoder), LIKENESS_INVALID_ARGUMENT);
+  EXPECT_THAT(likeness_last_error(), HasSubstr("get_proc_address"));
+  options.get_proc_address = EglAddress;
+  options.user = &loaded;
+  options.storage = "float";
+  ASSERT_EQ(likeness_gl_open(path_.c_str(), &options, &decoder), LIKENESS_OK) << likeness_last_error();
+  EXPECT_GT(loaded, 0);
+  likeness_info info = {};
+  info.size = sizeof(info);
+  ASSERT_EQ(likeness_gl_get_info(decoder, &info), LIKENESS_OK);
+  EXPECT_STREQ(info.kernel, "gl float");
+  EXPECT_EQ(info.latent, 4);
+  likeness_gl_outputs outputs = {};
+  outputs.size = sizeof(outputs);
+  ASSERT_EQ(likeness_gl_get_outputs(decoder, &outputs), LIKENESS_OK);
+  const float views[6] = {0, 0, 1, 0.6f, 0, 0.8f};
+  ASSERT_EQ(likeness_gl_decode(decoder, info.mean_code, views, 2, 1), LIKENESS_OK) << likeness_last_error();
+  const std::vector<uint8_t> pixels = ReadTexture(gl, outputs.texture[1], 16, 16);
+  const std::vector<float> vertices = ReadBuffer(gl, outputs.vertices, 15);
+
+  likeness_decoder* processor = nullptr;
+  ASSERT_EQ(likeness_open(path_.c_str(), nullptr, &processor), LIKENESS_OK);
+  std::vector<uint8_t> expected(pixels.size());
+  std::vector<float> places(15);
+  const likeness_view view = {{0.6f, 0, 0.8f}, expected.data(), 64};
+  const likeness_mesh mesh = {places.data(), 12};
+  ASSERT_EQ(likeness_decode(processor, info.mean_code, &view, 1, &mesh, LIKENESS_RGBA8), LIKENESS_OK);
+  // Whichever kernel this processor has.
+  for (size_t i = 0; i < pixels.size(); ++i) ASSERT_NEAR(pixels[i], expected[i], 3) << i;
+  for (size_t i = 0; i < places.size(); ++i) ASSERT_NEAR(vertices[i], places[i], 0.02) << i;
+  likeness_close(processor);
+
+  EXPECT_EQ(likeness_gl_decode(decoder, info.mean_code, nullptr, 1, 1), LIKENESS_INVALID_ARGUMENT);
+  EXPECT_EQ(likeness_gl_decode(decoder, info.mean_code, views, 3, 1), LIKENESS_INVALID_ARGUMENT);
+  likeness_gl_close(decoder);
+  likeness_gl_close(nullptr);
+  EXPECT_EQ(gl.GetError(), static_cast<GLenum>(GL_NO_ERROR));
+
+  const std::string bytes = ReadFile(path_);
+  ASSERT_EQ(likeness_gl_open_memory(bytes.data(), bytes.size(), &options, &decoder), LIKENESS_OK);
+  likeness_gl_close(decoder);
+  EXPECT_EQ(likeness_gl_open("absent.safetensors", &options, &decoder), LIKENESS_BAD_FILE);
+  context.reset();
+  EXPECT_EQ(likeness_gl_open(path_.c_str(), &options, &decoder), LIKENESS_OPENGL_ERROR);
+  EXPECT_THAT(likeness_last_error(), HasSubstr("no OpenGL context is current"));
 }
 
 }  // namespace

@@ -155,13 +155,21 @@ void SplitInner(Reader& reader, DecoderNetwork& network) {
   }
 }
 
-// The condition vector (avatar/conditions.h) of a person under the named conditions' means, whose part of it is 0.
-std::vector<float> ConditionOf(Reader& reader, const Architecture& a, int person) {
+// The condition vector (avatar/conditions.h) of a person. Without values the named conditions are at their means, whose
+// part of it is 0.
+std::vector<float> ConditionOf(Reader& reader, const Architecture& a, int person, std::span<const float> values) {
   std::vector<float> condition(ConditionChannels(a), 0.0f);
   if (a.identity == IdentityConditioning::kOneHot) condition[person] = 1;
   if (a.identity == IdentityConditioning::kLearned) {
     const std::span<const float> vectors = reader.Floats(kIdentityVectors, {a.identities, a.identity_size});
     std::copy_n(vectors.begin() + static_cast<ptrdiff_t>(person) * a.identity_size, a.identity_size, condition.begin());
+  }
+  if (values.empty()) return condition;
+  const int64_t named = NamedChannels(a);
+  const std::span<const float> mean = reader.Floats("condition.mean", {named});
+  const std::span<const float> deviation = reader.Floats("condition.deviation", {named});
+  for (size_t i = 0; i < values.size(); ++i) {
+    condition[IdentityChannels(a) + i] = (values[i] - mean[i]) / deviation[i];
   }
   return condition;
 }
@@ -259,7 +267,8 @@ void DecoderNetwork::BiasRow(const ConvolutionLayer& layer, int y, float* row) c
   for (int i = 0; i < 3 * size; ++i) row[i] = row[i] * gain[i % 3] + mean[i] * mean_gain[i % 3] + offset[i % 3];
 }
 
-DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& display, int person) {
+DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& display, int person,
+                           std::span<const float> conditions) {
   DecoderNetwork network(std::move(opened));
   const SafetensorsFile& file = network.file;
   const auto format = file.metadata().find("format");
@@ -296,6 +305,10 @@ DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& displ
   if (person < 0 || person >= a.identities) {
     throw FileError(file.path(), fmt::format("shows {} people; there is no person {}", a.identities, person));
   }
+  if (!conditions.empty() && conditions.size() != static_cast<size_t>(NamedChannels(a))) {
+    throw FileError(file.path(), fmt::format("has {} values of named conditions; there are {} given", NamedChannels(a),
+                                             conditions.size()));
+  }
   if (a.model == ModelKind::kBilinear && ConditionChannels(a) > 0) {
     throw FileError(file.path(),
                     "is a bilinear model of several people or with named conditions, which this run time "
@@ -303,7 +316,7 @@ DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& displ
   }
 
   Reader reader(network);
-  const std::vector<float> condition = ConditionOf(reader, a, person);
+  const std::vector<float> condition = ConditionOf(reader, a, person, conditions);
   const float deviation = static_cast<float>(std::sqrt(reader.Number("texture.variance")));
   network.texture_mean = OwnMean(reader, a, person, "texture.mean", {a.texture_size, a.texture_size, 3});
   network.mean_gain = display.gain;

@@ -87,8 +87,10 @@ struct DecoderNetwork {
   }
 };
 
-//   person  whose face, of an avatar of several people
+//   person      whose face, of an avatar of several people
+//   conditions  all values of the named ones, as captured; empty: their means
 // Throws Error naming the file when it is no avatar, is damaged, or has what the run time does not know.
-DecoderNetwork NetworkFrom(SafetensorsFile file, const DisplayTransform& display, int person);
+DecoderNetwork NetworkFrom(SafetensorsFile file, const DisplayTransform& display, int person,
+                           std::span<const float> conditions = {});
 
 }  // namespace likeness

@@ -6,6 +6,7 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
+#include "likeness/decode/layout.h"
 
 namespace likeness {
 
@@ -24,33 +25,9 @@ constexpr int64_t kMargin = 1 << 15;  // bytes: more than a texel of features be
 
 int RoundUp(int value, int step) { return (value + step - 1) / step * step; }
 int64_t RoundUp64(int64_t value) { return (value + kAlignment - 1) / kAlignment * kAlignment; }
-int Padded(int channels) { return RoundUp(channels, kChannelMultiple); }
 
 [[noreturn]] void Unrepresentable(const Kernel& kernel) {
   throw Error("the kernel '{}' cannot represent a value of this avatar", kernel.name);
-}
-
-// [in_rows][depth][columns], as kernel.h says, of padded channels; colours have 4 of them.
-std::vector<float> GemmWeights(const ConvolutionLayer& layer, int in, int out, const PackedConvolution& packed) {
-  const bool up = layer.kind == ConvolutionLayer::Kind::kUp;
-  const int side = layer.taps_a_side(), windows = up ? 2 : 3;
-  std::vector<float> weights(static_cast<size_t>(packed.in_rows) * packed.depth * packed.columns, 0.0f);
-  for (int dy = 0; dy < windows; ++dy) {
-    for (int dx = 0; dx < windows; ++dx) {
-      for (int r = 0; r < (up ? 2 : 1); ++r) {
-        for (int x = 0; x < (up ? 2 : 1); ++x) {
-          const int ky = up ? 2 + r - 2 * dy : dy, kx = up ? 2 + x - 2 * dx : dx;
-          const float* from = layer.taps.data() + static_cast<size_t>(ky * side + kx) * layer.in * layer.out;
-          for (int i = 0; i < layer.in; ++i, from += layer.out) {
-            float* const to = weights.data() + (static_cast<size_t>(dy) * packed.depth + dx * in + i) * packed.columns +
-                              (r * 2 + x) * out;
-            std::copy(from, from + layer.out, to);
-          }
-        }
-      }
-    }
-  }
-  return weights;
 }
 
 }  // namespace
@@ -65,8 +42,10 @@ Plan::Plan(const DecoderNetwork& network, const Kernel& kernel, int threads)
   mesh_ = PackDense(network.mesh, network.mesh.bias);
   view_ = PackDense(network.view, network.view.bias);
   texels_ = PackDense(network.texels, network.texels.bias);
-  inner_ = PackInner(network.inner, network.inner.bias);
-  inner_view_ = PackInner(network.inner_view, {});
+  const int inner_area = InnerSize(architecture_) * InnerSize(architecture_);
+  const DenseLayer inner = TexelMajor(network.inner, inner_area), by_view = TexelMajor(network.inner_view, inner_area);
+  inner_ = PackDense(inner, inner.bias);
+  inner_view_ = PackDense(by_view, by_view.bias);
   steps_.resize(network.layers.size());
   for (size_t i = 0; i < steps_.size(); ++i) PackLayer(network, network.layers[i], steps_[i]);
   LayOut();
@@ -110,27 +89,9 @@ Plan::Dense Plan::PackDense(const DenseLayer& layer, std::span<const float> bias
   return dense;
 }
 
-// The outputs, channel by channel in the file, become texels with padded channels.
-Plan::Dense Plan::PackInner(const DenseLayer& layer, std::span<const float> bias) {
-  if (layer.empty()) return {};
-  const int size = InnerSize(architecture_), area = size * size, channels = layer.out / area, padded = Padded(channels);
-  DenseLayer texels{layer.in, area * padded, {}, {}, layer.slope};
-  texels.weight.assign(static_cast<size_t>(texels.out) * layer.in, 0.0f);
-  std::vector<float> values(bias.empty() ? 0 : texels.out, 0.0f);
-  for (int c = 0; c < channels; ++c) {
-    for (int at = 0; at < area; ++at) {
-      const int from = c * area + at, to = at * padded + c;
-      std::copy_n(layer.weight.begin() + static_cast<ptrdiff_t>(from) * layer.in, layer.in,
-                  texels.weight.begin() + static_cast<ptrdiff_t>(to) * layer.in);
-      if (!bias.empty()) values[to] = bias[from];
-    }
-  }
-  return PackDense(texels, values);
-}
-
 void Plan::PackLayer(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step) {
   const bool last = &layer == &network.layers.back();
-  const int in = Padded(layer.in), out = last ? 4 : Padded(layer.out);
+  const int in = PaddedChannels(layer.in), out = last ? 4 : PaddedChannels(layer.out);
   step.up = layer.kind == ConvolutionLayer::Kind::kUp;
   step.in_size = layer.in_size;
   step.out_size = layer.out_size;
@@ -146,7 +107,7 @@ void Plan::PackLayer(const DecoderNetwork& network, const ConvolutionLayer& laye
   packed.slope = layer.slope;
   packed.colours = last;
   void* const weights = memory_.Allocate(kernel_.weight_bytes(packed));
-  kernel_.pack_weights(GemmWeights(layer, in, out, packed).data(), packed, weights);
+  kernel_.pack_weights(GemmWeights(layer, in, out, packed.columns).data(), packed, weights);
   packed.weights = weights;
 
   const size_t index = static_cast<size_t>(&step - steps_.data());

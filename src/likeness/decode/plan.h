@@ -13,14 +13,13 @@
 #include <span>
 #include <vector>
 
+#include "likeness/base/team.h"
+#include "likeness/decode/frame_checks.h"
 #include "likeness/decode/kernel.h"
 #include "likeness/decode/memory.h"
 #include "likeness/decode/network.h"
-#include "likeness/decode/team.h"
 
 namespace likeness {
-
-constexpr int kMostViews = 2;
 
 // One frame to decode: borrowed buffers of the caller.
 struct FrameRequest {
@@ -104,7 +103,6 @@ class Plan : public Team::Work {
   void Run(int phase, int thread) override;
 
   Dense PackDense(const DenseLayer& layer, std::span<const float> bias);
-  Dense PackInner(const DenseLayer& layer, std::span<const float> bias);
   void PackLayer(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step);
   void PackBiases(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step);
   void LayOut();

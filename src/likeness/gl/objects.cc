@@ -1,7 +1,6 @@
 #include "likeness/gl/objects.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "likeness/base/error.h"
 
@@ -106,6 +105,22 @@ GlProgram MakeProgram(const GlFunctions& gl, const std::string& name, std::initi
   }
   for (const GlShader& shader : shaders) gl.DetachShader(program.id(), shader.id());
   return program;
+}
+
+std::vector<uint8_t> ReadTexture(const GlFunctions& gl, GLuint texture, int width, int height) {
+  std::vector<uint8_t> pixels(static_cast<size_t>(width) * height * 4);
+  gl.BindTexture(GL_TEXTURE_2D, texture);
+  gl.GetTexImage(GL_TEXTURE_2D, 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+  gl.BindTexture(GL_TEXTURE_2D, 0);
+  return pixels;
+}
+
+std::vector<float> ReadBuffer(const GlFunctions& gl, GLuint buffer, int count) {
+  std::vector<float> values(static_cast<size_t>(count));
+  gl.BindBuffer(GL_COPY_READ_BUFFER, buffer);
+  gl.GetBufferSubData(GL_COPY_READ_BUFFER, 0, static_cast<GLsizeiptr>(values.size() * sizeof(float)), values.data());
+  gl.BindBuffer(GL_COPY_READ_BUFFER, 0);
+  return values;
 }
 
 }  // namespace likeness

@@ -3,9 +3,11 @@
 
 #pragma once
 
+#include <cstdint>
 #include <initializer_list>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "likeness/gl/functions.h"
 
@@ -73,5 +75,10 @@ struct GlStage {
 // Throws Error with the driver's text when a stage does not compile or the stages do not fit together; `name` is for
 // this text.
 GlProgram MakeProgram(const GlFunctions& gl, const std::string& name, std::initializer_list<GlStage> stages);
+
+// For tests and measurements: wait for all that was handed to the GPU. Rows and values one after the other.
+//   returns  RGBA, the texture's first row (t = 0) first, clamped to 8 bits
+std::vector<uint8_t> ReadTexture(const GlFunctions& gl, GLuint texture, int width, int height);
+std::vector<float> ReadBuffer(const GlFunctions& gl, GLuint buffer, int count);
 
 }  // namespace likeness

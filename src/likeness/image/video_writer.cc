@@ -39,7 +39,7 @@ VideoWriter::VideoWriter(const fs::path& path, double frames_per_s)
   if (!OnThePath("ffmpeg")) {
     throw Error(
         "{}: videos are written by the program ffmpeg, which is not on the PATH; install it (Debian and Ubuntu: apt "
-        "install ffmpeg), or ask for --pictures instead",
+        "install ffmpeg), or ask for pictures instead",
         path.string());
   }
   if (path.extension().empty()) throw FileError(path, "needs an ending that names its format, such as .mp4");

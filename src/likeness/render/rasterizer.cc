@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <tuple>
 
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
@@ -15,83 +14,36 @@
 namespace likeness {
 namespace {
 
-constexpr int kSubpixels = 256;  // a power of two
-// Triangles are cut where |x| or |y| exceeds this many pixels, so that products of snapped coordinates fit 64 bits.
-constexpr double kGuardPx = 1 << 20;
-
-struct SnappedPoint {
-  int64_t x = 0, y = 0;  // 1/256 pixel
-};
-
-// a x + b y + c >= 0 inside, in snapped coordinates; the top-left rule is in c.
-struct Edge {
-  int64_t a = 0, b = 0, c = 0;
-
-  int64_t At(int64_t x, int64_t y) const { return a * x + b * y + c; }
-};
-
-// `from` to `to` is clockwise on the screen, whose y points down, so the inside lies to the right.
-Edge MakeEdge(SnappedPoint from, SnappedPoint to) {
-  Edge edge;
-  edge.a = from.y - to.y;
-  edge.b = to.x - from.x;
-  edge.c = -(edge.a * from.x + edge.b * from.y);
-  const bool top = edge.a == 0 && edge.b > 0, left = edge.a > 0;
-  if (!top && !left) edge.c -= 1;
-  return edge;
-}
-
-// A piece of a triangle after clipping, ready to scan.
+// A triangle, or a piece of one that was cut, ready to scan.
 struct Piece {
   int triangle = 0;
-  std::array<Edge, 3> edges;
-  int x_begin = 0, x_end = 0, y_begin = 0, y_end = 0;  // pixels whose centres it may cover
-  // Rows: weights of the three corners divided by depth, as linear functions of (x, y, 1) in pixels.
+  ScreenPiece screen;
   Eigen::Matrix3d weights;
+  double least_over_depth = 0, most_over_depth = 0;
 };
-
-using Polygon = std::vector<Eigen::Vector3d>;  // homogeneous pixel coordinates (x z, y z, z)
-
-// Keeps the part of a convex polygon where plane . point >= offset (Sutherland and Hodgman 1974).
-Polygon Clip(const Polygon& polygon, const Eigen::Vector3d& plane, double offset) {
-  Polygon kept;
-  for (size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector3d &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
-    const double d0 = plane.dot(from) - offset, d1 = plane.dot(to) - offset;
-    if (d0 >= 0) kept.push_back(from);
-    if ((d0 >= 0) != (d1 >= 0)) {
-      // Always from the inner to the outer point, so that neighbours cut a shared edge at the same place.
-      const double t = d0 >= 0 ? d0 / (d0 - d1) : d1 / (d1 - d0);
-      kept.push_back(d0 >= 0 ? Eigen::Vector3d(from + t * (to - from)) : Eigen::Vector3d(to + t * (from - to)));
-    }
-  }
-  return kept;
-}
-
-// Pixels whose centres lie between two snapped coordinates.
-std::pair<int, int> PixelRange(int64_t low, int64_t high, int size) {
-  const auto ceil_div = [](int64_t value) { return (value + kSubpixels - 1) >> 8; };
-  static_assert(kSubpixels == 1 << 8);
-  const int64_t begin = ceil_div(low - kSubpixels / 2), end = ((high - kSubpixels / 2) >> 8) + 1;
-  return {static_cast<int>(std::clamp<int64_t>(begin, 0, size)), static_cast<int>(std::clamp<int64_t>(end, 0, size))};
-}
 
 // All triangles of a mesh, projected and cut, ready to be scanned in any rows.
 class ProjectedMesh {
  public:
   ProjectedMesh(const Vertices& vertices, const std::vector<Eigen::Vector3i>& triangles,
                 const PixelFromMesh& pixel_from_mesh, int width, int height, const RasterOptions& options)
-      : width_(width), height_(height), options_(options) {
+      : width_(width) {
     LIKENESS_CHECK(width > 0 && height > 0);
-    const Eigen::Matrix3d rotation = pixel_from_mesh.leftCols<3>();
-    const Eigen::Vector3d translation = pixel_from_mesh.col(3);
-    std::vector<Eigen::Vector3d> points(vertices.rows());
+    const Screen screen = {width, height, 0, options.cull_back_faces, options.near_mm};
+    std::vector<ProjectedPoint> points(vertices.rows());
     for (Eigen::Index i = 0; i < vertices.rows(); ++i) {
-      points[i] = rotation * vertices.row(i).transpose().cast<double>() + translation;
+      points[i] = ProjectPoint(pixel_from_mesh, vertices.row(i).transpose(), options.near_mm);
     }
     pieces_.reserve(triangles.size() / 2);
+    ScreenTriangle seen;
     for (size_t t = 0; t < triangles.size(); ++t) {
-      Add(static_cast<int>(t), points[triangles[t][0]], points[triangles[t][1]], points[triangles[t][2]]);
+      if (!SetUpTriangle(points[triangles[t][0]], points[triangles[t][1]], points[triangles[t][2]], screen, &seen)) {
+        continue;
+      }
+      for (int i = 0; i < seen.count; ++i) {
+        pieces_.push_back(
+            {static_cast<int>(t), seen.pieces[i], seen.weights, seen.least_over_depth, seen.most_over_depth});
+      }
     }
   }
 
@@ -99,72 +51,22 @@ class ProjectedMesh {
   void Scan(int y_begin, int y_end, std::span<Fragment> rows) const {
     LIKENESS_CHECK(rows.size() == static_cast<size_t>(y_end - y_begin) * width_);
     for (const Piece& piece : pieces_) {
-      for (int y = std::max(y_begin, piece.y_begin); y < std::min(y_end, piece.y_end); ++y) {
+      for (int y = std::max(y_begin, piece.screen.y_begin); y < std::min(y_end, piece.screen.y_end); ++y) {
         ScanRow(piece, y, &rows[static_cast<size_t>(y - y_begin) * width_]);
       }
     }
   }
 
  private:
-  void Add(int triangle, const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::Vector3d& p2) {
-    Eigen::Matrix3d corners;
-    corners << p0, p1, p2;
-    if (!corners.allFinite()) return;
-    // Six times the volume of the triangle and the camera's centre: negative when seen counter-clockwise, y down.
-    const double volume = corners.determinant();
-    if (volume == 0 || (options_.cull_back_faces && volume > 0)) return;
-    Polygon polygon = {p0, p1, p2};
-    if (volume < 0) std::reverse(polygon.begin(), polygon.end());
-    const auto in_guard = [&](const Eigen::Vector3d& p) {
-      return p.z() >= options_.near_mm && std::abs(p.x()) <= kGuardPx * p.z() && std::abs(p.y()) <= kGuardPx * p.z();
-    };
-    if (in_guard(p0) && in_guard(p1) && in_guard(p2)) {
-      if (Outside(p0, p1, p2)) return;
-    } else {
-      polygon = Clip(polygon, {0, 0, 1}, options_.near_mm);
-      polygon = Clip(polygon, {1, 0, kGuardPx}, 0);
-      polygon = Clip(polygon, {-1, 0, kGuardPx}, 0);
-      polygon = Clip(polygon, {0, 1, kGuardPx}, 0);
-      polygon = Clip(polygon, {0, -1, kGuardPx}, 0);
-    }
-    Piece piece;
-    piece.triangle = triangle;
-    piece.weights = corners.inverse();
-    std::vector<SnappedPoint> snapped;
-    for (const Eigen::Vector3d& p : polygon) {
-      snapped.push_back({std::llround(p.x() / p.z() * kSubpixels), std::llround(p.y() / p.z() * kSubpixels)});
-    }
-    for (size_t i = 2; i < snapped.size(); ++i) AddPiece(&piece, snapped[0], snapped[i - 1], snapped[i]);
-  }
-
-  // Whether corners before the camera lie all to one side of the picture; of a crop's triangles most do.
-  bool Outside(const Eigen::Vector3d& p0, const Eigen::Vector3d& p1, const Eigen::Vector3d& p2) const {
-    const auto all = [&](const auto& beyond) { return beyond(p0) && beyond(p1) && beyond(p2); };
-    return all([](const Eigen::Vector3d& p) { return p.x() < 0; }) ||
-           all([](const Eigen::Vector3d& p) { return p.y() < 0; }) ||
-           all([&](const Eigen::Vector3d& p) { return p.x() > width_ * p.z(); }) ||
-           all([&](const Eigen::Vector3d& p) { return p.y() > height_ * p.z(); });
-  }
-
-  void AddPiece(Piece* piece, SnappedPoint a, SnappedPoint b, SnappedPoint c) {
-    const int64_t area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    if (area <= 0) return;  // nothing is left of it after snapping
-    std::tie(piece->x_begin, piece->x_end) = PixelRange(std::min({a.x, b.x, c.x}), std::max({a.x, b.x, c.x}), width_);
-    std::tie(piece->y_begin, piece->y_end) = PixelRange(std::min({a.y, b.y, c.y}), std::max({a.y, b.y, c.y}), height_);
-    if (piece->x_begin >= piece->x_end || piece->y_begin >= piece->y_end) return;
-    piece->edges = {MakeEdge(a, b), MakeEdge(b, c), MakeEdge(c, a)};
-    pieces_.push_back(*piece);
-  }
-
   static void ScanRow(const Piece& piece, int y, Fragment* row) {
-    const int64_t first_x = int64_t{piece.x_begin} * kSubpixels + kSubpixels / 2;
+    const int64_t first_x = int64_t{piece.screen.x_begin} * kSubpixels + kSubpixels / 2;
     const int64_t snapped_y = int64_t{y} * kSubpixels + kSubpixels / 2;
     std::array<int64_t, 3> at, step;
     for (int e = 0; e < 3; ++e) {
-      at[e] = piece.edges[e].At(first_x, snapped_y);
-      step[e] = piece.edges[e].a * kSubpixels;
+      at[e] = piece.screen.edges[e].At(first_x, snapped_y);
+      step[e] = piece.screen.edges[e].a * kSubpixels;
     }
-    for (int x = piece.x_begin; x < piece.x_end; ++x) {
+    for (int x = piece.screen.x_begin; x < piece.screen.x_end; ++x) {
       if ((at[0] | at[1] | at[2]) >= 0) Shade(piece, x, y, &row[x]);
       for (int e = 0; e < 3; ++e) at[e] += step[e];
     }
@@ -172,8 +74,8 @@ class ProjectedMesh {
 
   static void Shade(const Piece& piece, int x, int y, Fragment* fragment) {
     const Eigen::Vector3d over_depth = piece.weights * Eigen::Vector3d(x + 0.5, y + 0.5, 1);
-    const double depth = 1 / over_depth.sum();
-    if (!(depth > 0 && static_cast<float>(depth) < fragment->depth_mm)) return;
+    const double depth = 1 / std::clamp(over_depth.sum(), piece.least_over_depth, piece.most_over_depth);
+    if (!(static_cast<float>(depth) < fragment->depth_mm)) return;
     // Snapping lets a pixel centre lie a trifle outside the true triangle.
     const double b1 = std::clamp(over_depth[1] * depth, 0.0, 1.0);
     const double b2 = std::clamp(over_depth[2] * depth, 0.0, 1 - b1);
@@ -181,8 +83,6 @@ class ProjectedMesh {
   }
 
   const int width_;
-  const int height_;
-  const RasterOptions options_;
   std::vector<Piece> pieces_;
 };
 
@@ -205,9 +105,7 @@ Eigen::Vector2f UvAt(const MeshTopology& topology, const Fragment& fragment) {
 // `share` of b over a, 0 ... 255.
 float Mix(float a, float b, float share, bool as_light) {
   if (share == 0 || share == 1) return share == 0 ? a : b;
-  if (!as_light) return a + share * (b - a);
-  const float light_a = LinearFromSrgb(a / 255), light_b = LinearFromSrgb(b / 255);
-  return 255 * SrgbFromLinear(light_a + share * (light_b - light_a));
+  return as_light ? MixSrgb(a, b, share) : a + share * (b - a);
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 // Mesh + texture + camera -> pixels, on the CPU: the plain renderer that faster ones are tested against.
 //
-// Coverage is exact: corners are snapped to 1/256 pixel, edges are tested in integers with the top-left rule, so
-// triangles that share an edge cover every pixel centre between them exactly once. Barycentric weights come from the
-// unsnapped triangle in homogeneous coordinates (Olano and Greer 1997), hence perspective-correct, also for triangles
-// that reach behind the camera.
+// Coverage is exact (projected_triangle.h), so triangles that share an edge cover every pixel centre between them
+// exactly once. Barycentric weights come from the unsnapped triangle in homogeneous coordinates, hence
+// perspective-correct, also for triangles that reach behind the camera.
 
 #pragma once
 
@@ -15,6 +14,7 @@
 #include "likeness/geometry/mesh.h"
 #include "likeness/geometry/rigid.h"
 #include "likeness/image/image.h"
+#include "likeness/render/projected_triangle.h"
 
 namespace likeness {
 
@@ -40,9 +40,6 @@ struct FragmentImage {
 
   const Fragment& at(int x, int y) const { return fragments[static_cast<size_t>(y) * width + x]; }
 };
-
-// From a mesh's own space, mm, to homogeneous pixel coordinates (x z, y z, z) with z the depth in mm: K [R | t].
-using PixelFromMesh = Eigen::Matrix<double, 3, 4>;
 
 // Of the part of the camera's image that begins at pixel (x0, y0).
 PixelFromMesh ProjectionOf(const Camera& camera, const RigidTransform& world_from_mesh, int x0 = 0, int y0 = 0);

@@ -14,11 +14,13 @@
 #include "likeness/capture/capture.h"
 #include "likeness/texture/texture_set.h"
 #include "likeness/train/dataset.h"
+#include "likeness/train/image_loss.h"
 #include "likeness/train/loader.h"
 #include "likeness/train/network.h"
 #include "likeness/train/ops/precision.h"
 #include "likeness/train/ops/row_kernels.h"
 #include "likeness/train/optimiser.h"
+#include "likeness/train/sample_order.h"
 #include "likeness/train/step.h"
 
 namespace likeness {
@@ -114,6 +116,7 @@ std::vector<LayerTime> LayerTimes(const Network& network, int batch, int frames)
 void TrainBenchOptions::Check() const {
   if (steps < 1 || steps > 10000) throw Error("steps is {}; expected 1 to 10000", steps);
   if (vertex_count < 1) throw Error("vertices is {}; expected 1 or more", vertex_count);
+  if (train.loss.image > 0 && !on_capture) throw Error("--loss.image needs a CAPTURE, whose images it draws");
   train.Check();
 }
 
@@ -126,6 +129,7 @@ TrainBenchResult BenchTrain(const TrainBenchOptions& options) {
   std::optional<TextureSet> textures;
   std::optional<Dataset> dataset;
   std::optional<Loader> loader;
+  std::optional<ImageLoss> image_loss;
   int size = train.size > 0 ? train.size : 512, vertices = options.vertex_count;
   if (options.on_capture) {
     capture = OpenCapture(train.capture, train.capture_options);
@@ -139,7 +143,11 @@ TrainBenchResult BenchTrain(const TrainBenchOptions& options) {
     }
     textures.emplace(*capture, size);
     vertices = capture->topology().vertex_count;
-    dataset.emplace(*textures, train.CacheBytes(), TexelWeighting::kAll, train.cache_dir);
+    dataset.emplace(std::vector<const TextureSet*>{&*textures}, DatasetOptions{.images = train.loss.image > 0,
+                                                                               .crop = train.crop,
+                                                                               .cache_bytes = train.CacheBytes(),
+                                                                               .cache_folder = train.cache_dir});
+    if (train.loss.image > 0) image_loss.emplace(capture->topology(), dataset->AllStatistics(), torch::kFloat32);
   }
 
   TrainBenchResult result;
@@ -169,7 +177,8 @@ TrainBenchResult BenchTrain(const TrainBenchOptions& options) {
     if (step == kWarmUp && loader) waited_before_ms = loader->waited_s() * 1e3;
     const double begin = Milliseconds(), processor_begin = ProcessorMilliseconds();
     if (loader) batch = loader->Next();
-    TrainStep(network, optimiser, alone, exchange, batch, train.loss, static_cast<uint64_t>(step), 1e-4, train.clip);
+    TrainStep(network, optimiser, alone, exchange, batch, train.loss, image_loss ? &*image_loss : nullptr,
+              static_cast<uint64_t>(step), 1e-4, train.clip);
     if (step < kWarmUp) continue;
     wall.push_back(Milliseconds() - begin);
     processor.push_back(ProcessorMilliseconds() - processor_begin);

@@ -6,30 +6,32 @@
 #include <cmath>
 
 #include "likeness/base/error.h"
+#include "likeness/base/log.h"
 #include "likeness/base/random.h"
 #include "likeness/capture/condition_file.h"
+#include "likeness/render/rasterizer.h"
+#include "likeness/train/render/rasterise.h"
 
 namespace likeness {
-
-namespace {
-
-template <typename T>
-void Shuffle(std::vector<T>& values, Random& random) {
-  for (size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[random.Below(static_cast<int64_t>(i))]);
+Batch Batch::To(torch::Device device) const {
+  if (device.is_cpu()) return *this;
+  const auto moved = [&](const torch::Tensor& tensor) { return tensor.defined() ? tensor.to(device) : tensor; };
+  return {moved(average),  moved(vertices), moved(texture),
+          moved(seen),     moved(view),     moved(camera),
+          moved(identity), moved(named),    {moved(crops.colour), moved(crops.head), moved(crops.projection)}};
 }
 
-}  // namespace
-
-Dataset::Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
-                 TexelWeighting weighting, const std::filesystem::path& cache_folder)
+Dataset::Dataset(std::vector<const TextureSet*> people, DatasetOptions options)
     : people_(std::move(people)),
-      texel_weights_(people_.at(0)->capture().topology(), people_.front()->size(), weighting) {
+      options_(std::move(options)),
+      texel_weights_(people_.at(0)->capture().topology(), people_.front()->size(), options_.weighting) {
   for (int i = 0; i < this->people(); ++i) AddPerson(i);
+  if (options_.images) CheckImages();
   ReadStatistics();
-  ReadConditions(conditions);
-  cache_ = std::make_unique<TextureCache>(
-      static_cast<int>(samples_.size() + frames_.size()), [this](int slot) { return LoadTexels(slot); }, cache_bytes,
-      cache_folder);
+  ReadConditions();
+  const size_t slots = (options_.images ? 2 : 1) * samples_.size() + frames_.size();
+  cache_ = std::make_unique<ImageCache>(
+      static_cast<int>(slots), [this](int slot) { return Load(slot); }, options_.cache_bytes, options_.cache_folder);
 }
 
 void Dataset::AddPerson(int identity) {
@@ -60,8 +62,35 @@ void Dataset::AddPerson(int identity) {
   }
 }
 
+// Finds the crops' size, and says how pixels of the head are told from others.
+void Dataset::CheckImages() {
+  bool images = false, masks = true;
+  for (const Sample& sample : samples_) {
+    const Camera& camera = training_cameras_[sample.camera_index];
+    const FrameId& frame = frames_[sample.frame];
+    if (!CaptureOf(sample).HasCameraImage(frame, camera)) continue;
+    images = true;
+    masks = masks && CaptureOf(sample).HasHeadMask(frame, camera);
+    crop_width_ = std::max(crop_width_, camera.width);
+    crop_height_ = std::max(crop_height_, camera.height);
+  }
+  if (!images) {
+    throw Error("{}: has no images of the cameras and frames to train on; the image loss needs them (--loss.image 0)",
+                people_.front()->capture().root().string());
+  }
+  if (options_.crop > 0) crop_width_ = crop_height_ = options_.crop;
+  if (masks) return;
+  LogInfo(
+      "images without a head mask count where the tracked mesh is, without what has the background's colour where the "
+      "image's borders share one");
+}
+
 // Variances of all people are means of theirs, weighted by the number of textures and of frames.
 void Dataset::ReadStatistics() {
+  if (options_.like != nullptr) {
+    for (int i = 0; i < people(); ++i) statistics_.push_back(StatisticsOf(*options_.like, i));
+    return;
+  }
   std::vector<double> textures(people_.size()), frames(people_.size());
   for (const Sample& sample : samples_) ++textures[identities_[sample.frame]];
   for (const int identity : identities_) ++frames[identity];
@@ -81,9 +110,9 @@ void Dataset::ReadStatistics() {
   }
 }
 
-void Dataset::ReadConditions(const std::vector<std::string>& names) {
+void Dataset::ReadConditions() {
   condition_values_.resize(frames_.size());
-  for (const std::string& name : names) {
+  for (const std::string& name : options_.conditions) {
     std::vector<ConditionFile> files;
     for (const TextureSet* person : people_) files.emplace_back(person->capture().root(), name);
     for (const ConditionFile& file : files) {
@@ -114,11 +143,16 @@ void Dataset::ReadConditions(const std::vector<std::string>& names) {
       condition_deviation_.push_back(deviation);
     }
   }
+  if (options_.like == nullptr) return;
+  condition_mean_ = options_.like->condition_mean;
+  condition_deviation_ = options_.like->condition_deviation;
 }
 
-PackedTexture Dataset::LoadTexels(int slot) const {
-  if (slot >= static_cast<int>(samples_.size())) {
-    const size_t frame = slot - samples_.size();
+PackedImage Dataset::Load(int slot) const {
+  const auto samples = static_cast<int>(samples_.size()), frames = static_cast<int>(frames_.size());
+  if (slot >= samples + frames) return LoadImage(samples_[slot - samples - frames]);
+  if (slot >= samples) {
+    const size_t frame = slot - samples;
     return {people_[identities_[frame]]->ReadAverage(frames_[frame]), {}};
   }
   const Sample& sample = samples_[slot];
@@ -127,7 +161,13 @@ PackedTexture Dataset::LoadTexels(int slot) const {
   return {texture, textures.ReadMask(frames_[sample.frame], sample.camera, texture)};
 }
 
-Dataset::Fetched Dataset::Fetch(const std::vector<int>& samples, int views) const {
+PackedImage Dataset::LoadImage(const Sample& sample) const {
+  const HeadImage image = ReadHeadImage(CaptureOf(sample), frames_[sample.frame],
+                                        training_cameras_[sample.camera_index], tracked_[sample.frame]);
+  return {image.colour, image.head};
+}
+
+Dataset::Fetched Dataset::Fetch(const std::vector<int>& samples, int views, uint64_t crop_seed) const {
   LIKENESS_CHECK(!samples.empty() && samples.size() % views == 0);
   Fetched fetched;
   for (size_t i = 0; i < samples.size(); ++i) {
@@ -136,9 +176,22 @@ Dataset::Fetched Dataset::Fetch(const std::vector<int>& samples, int views) cons
     LIKENESS_CHECK(frame == fetched.frames.back());
     fetched.samples.push_back(samples[i]);
     fetched.textures.push_back(cache_->Get(samples[i]));
+    if (options_.images) fetched.crops.push_back(FetchCrop(samples[i], Hash({crop_seed, i})));
   }
   FetchAverages(&fetched);
   return fetched;
+}
+
+// Where a camera has no image of the frame no pixel counts.
+ImageCrop Dataset::FetchCrop(int sample, uint64_t seed) const {
+  const Camera& camera = training_cameras_[samples_[sample].camera_index];
+  if (!CaptureOf(samples_[sample]).HasCameraImage(frames_[samples_[sample].frame], camera)) {
+    return {0, 0, {ImageU8(crop_width_, crop_height_, 3), ImageU8(crop_width_, crop_height_, 1)}};
+  }
+  HeadImage image;
+  cache_->Get(static_cast<int>(samples_.size() + frames_.size()) + sample)
+      ->Unpack(camera.width, camera.height, &image.colour, &image.head);
+  return CropAtRandom(image, crop_width_, crop_height_, seed);
 }
 
 void Dataset::FetchAverages(Fetched* fetched) const {
@@ -158,7 +211,7 @@ Batch Dataset::Standardise(const Fetched& fetched) const {
   const auto write_frame = [&](int64_t i) {
     const int frame = fetched.frames[i];
     ImageU8 read, mask;
-    fetched.averages[i]->Unpack(size(), &read, &mask);
+    fetched.averages[i]->Unpack(size(), size(), &read, &mask);
     const Statistics& own = statistics_[identities_[frame]];
     StandardiseTexture(own, read, mask, average.mutable_data_ptr<float>() + i * texels * 3);
     StandardiseVertices(own, tracked_[frame].vertices_in_head, vertices.mutable_data_ptr<float>() + i * coordinates);
@@ -171,7 +224,7 @@ Batch Dataset::Standardise(const Fetched& fetched) const {
   const auto write_sample = [&](int64_t i) {
     const Sample& sample = samples_[fetched.samples[i]];
     ImageU8 read, mask;
-    fetched.textures[i]->Unpack(size(), &read, &mask);
+    fetched.textures[i]->Unpack(size(), size(), &read, &mask);
     StandardiseTexture(statistics_[identities_[sample.frame]], read, mask,
                        texture.mutable_data_ptr<float>() + i * texels * 3);
     texel_weights_.Write(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
@@ -182,7 +235,30 @@ Batch Dataset::Standardise(const Fetched& fetched) const {
   at::parallel_for(0, frames + count, 1, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) i < frames ? write_frame(i) : write_sample(i - frames);
   });
-  return {average.permute({0, 3, 1, 2}), vertices, texture.permute({0, 3, 1, 2}), seen, view, camera, identity, named};
+  return {average.permute({0, 3, 1, 2}), vertices, texture.permute({0, 3, 1, 2}), seen, view, camera, identity, named,
+          StandardiseCrops(fetched)};
+}
+
+CropBatch Dataset::StandardiseCrops(const Fetched& fetched) const {
+  if (fetched.crops.empty()) return {};
+  const auto count = static_cast<int64_t>(fetched.crops.size());
+  const int64_t height = crop_height_, width = crop_width_, pixels = height * width;
+  const torch::Tensor colour = torch::empty({count, height, width, 3}), head = torch::empty({count, 1, height, width});
+  std::vector<PixelFromMesh> projections(fetched.crops.size());
+  const float scale = 1 / statistics_.front().texture_deviation;
+  at::parallel_for(0, count, 1, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const ImageCrop& crop = fetched.crops[i];
+      const Sample& sample = samples_[fetched.samples[i]];
+      projections[i] = ProjectionOf(training_cameras_[sample.camera_index], tracked_[sample.frame].world_from_head,
+                                    crop.x0, crop.y0);
+      float* const colours = colour.mutable_data_ptr<float>() + i * pixels * 3;
+      float* const counts = head.mutable_data_ptr<float>() + i * pixels;
+      for (int64_t k = 0; k < 3 * pixels; ++k) colours[k] = scale * crop.pixels.colour.values()[k];
+      for (int64_t k = 0; k < pixels; ++k) counts[k] = crop.pixels.head.values()[k] != 0 ? 1 : 0;
+    }
+  });
+  return {colour.permute({0, 3, 1, 2}), head, Projections(projections)};
 }
 
 Batch Dataset::ReadFrames(int begin, int end) const {
@@ -190,44 +266,6 @@ Batch Dataset::ReadFrames(int begin, int end) const {
   for (int frame = begin; frame < end; ++frame) fetched.frames.push_back(frame);
   FetchAverages(&fetched);
   return Standardise(fetched);
-}
-
-SampleOrder::SampleOrder(std::vector<std::vector<int>> samples_of_frame, int views, uint64_t seed)
-    : samples_of_frame_(std::move(samples_of_frame)), views_(views), seed_(seed) {
-  for (const std::vector<int>& samples : samples_of_frame_) {
-    groups_per_epoch_ += (static_cast<int64_t>(samples.size()) + views - 1) / views;
-  }
-  LIKENESS_CHECK(groups_per_epoch_ > 0);
-}
-
-std::vector<std::vector<int>> SampleOrder::Epoch(int64_t epoch) const {
-  Random random(Hash({seed_, static_cast<uint64_t>(epoch)}));
-  std::vector<std::vector<int>> groups;
-  for (std::vector<int> samples : samples_of_frame_) {
-    Shuffle(samples, random);
-    for (size_t begin = 0; begin < samples.size(); begin += views_) {
-      std::vector<int>& group = groups.emplace_back();
-      for (int i = 0; i < views_; ++i) group.push_back(samples[(begin + i) % samples.size()]);
-    }
-  }
-  Shuffle(groups, random);
-  return groups;
-}
-
-std::vector<int> SampleOrder::Samples(int64_t iteration, int batch) const {
-  const int64_t count = batch / views_;
-  std::vector<int> samples;
-  int64_t shuffled = -1;
-  std::vector<std::vector<int>> groups;
-  for (int64_t position = iteration * count; position < (iteration + 1) * count; ++position) {
-    if (position / groups_per_epoch_ != shuffled) {
-      shuffled = position / groups_per_epoch_;
-      groups = Epoch(shuffled);
-    }
-    const std::vector<int>& group = groups[position % groups_per_epoch_];
-    samples.insert(samples.end(), group.begin(), group.end());
-  }
-  return samples;
 }
 
 }  // namespace likeness

@@ -1,5 +1,6 @@
 // What training reads of unwrapped captures, one for each person: the training cameras' textures of the training
-// frames, with meshes, averages and named conditions, kept packed where they fit.
+// frames, with meshes, averages, named conditions and, for the image loss, the cameras' pictures, kept packed where
+// they fit.
 
 #pragma once
 
@@ -12,11 +13,19 @@
 
 #include "likeness/capture/capture.h"
 #include "likeness/texture/texture_set.h"
+#include "likeness/train/image_cache.h"
+#include "likeness/train/image_crop.h"
 #include "likeness/train/standardise.h"
 #include "likeness/train/texel_weights.h"
-#include "likeness/train/texture_cache.h"
 
 namespace likeness {
+
+// Crops of the camera images of N textures, stored as these are.
+struct CropBatch {
+  torch::Tensor colour;      // [N, 3, H, W], 0 ... 255 divided by the textures' deviation
+  torch::Tensor head;        // [N, 1, H, W], 1 where a pixel counts, else 0
+  torch::Tensor projection;  // [N, 3, 4] f64, from head space, mm, to homogeneous pixel coordinates of the crop
+};
 
 // Some textures with what the network needs to predict them; standardised, float32, on the CPU. F frames, N textures,
 // N a multiple of F: texture n belongs to frame n / (N / F). Textures are stored row by row with channels interleaved
@@ -30,6 +39,20 @@ struct Batch {
   torch::Tensor camera = {};    // [N] int64, index among the training cameras of all people
   torch::Tensor identity = {};  // [F] int64, index among the people
   torch::Tensor named = {};     // [F, values] named conditions, standardised; no values where there are none
+  CropBatch crops = {};         // undefined where the data set has no images
+
+  Batch To(torch::Device device) const;
+};
+
+struct DatasetOptions {
+  std::vector<std::string> conditions = {};  // names of those that every capture has
+  TexelWeighting weighting = TexelWeighting::kAll;
+  bool images = false;                      // crops of the cameras' images, too
+  int crop = 0;                             // their side, pixels; 0: whole images, as large as the largest
+  size_t cache_bytes = 0;                   // of memory for textures and images
+  std::filesystem::path cache_folder = {};  // for those that it does not hold; empty: they are read again
+  // Standardise with the statistics of this avatar, which has as many people, and not with the captures' own. Borrowed.
+  const Avatar* like = nullptr;
 };
 
 class Dataset {
@@ -42,19 +65,11 @@ class Dataset {
     Eigen::Vector3f view;  // head space
   };
 
-  // Reads meshes, statistics and conditions now, textures when they are first needed. Throws Error when nothing is left
-  // to train on, when a file is absent or wrong, or when a condition has another size for another person. Textures are
-  // borrowed, and of one size.
-  //   people        the textures of each person's capture, at least one
-  //   conditions    names of those that every capture has
-  //   cache_bytes   of memory for textures
-  //   cache_folder  for those that it does not hold; empty: they are read again
-  Dataset(std::vector<const TextureSet*> people, const std::vector<std::string>& conditions, size_t cache_bytes,
-          TexelWeighting weighting = TexelWeighting::kAll, const std::filesystem::path& cache_folder = {});
-  // Of one person, without conditions.
-  Dataset(const TextureSet& textures, size_t cache_bytes, TexelWeighting weighting = TexelWeighting::kAll,
-          const std::filesystem::path& cache_folder = {})
-      : Dataset({&textures}, {}, cache_bytes, weighting, cache_folder) {}
+  // Reads meshes, statistics and conditions now, textures and images when they are first needed. Throws Error when
+  // nothing is left to train on, when a file is absent or wrong, or when a condition has another size for another
+  // person.
+  //   people  the textures of each person's capture, of one size; borrowed, at least one
+  Dataset(std::vector<const TextureSet*> people, DatasetOptions options);
   Dataset(const Dataset&) = delete;
   Dataset& operator=(const Dataset&) = delete;
 
@@ -68,6 +83,7 @@ class Dataset {
   const std::vector<std::vector<int>>& samples_of_frame() const { return samples_of_frame_; }
   // The means are the person's own; the deviations are everybody's about their own means.
   const Statistics& statistics(int identity = 0) const { return statistics_[identity]; }
+  const std::vector<Statistics>& AllStatistics() const { return statistics_; }  // of each person
 
   const std::vector<NamedCondition>& conditions() const { return conditions_; }
   // A frame's values of all conditions, as captured.
@@ -76,18 +92,19 @@ class Dataset {
   const std::vector<float>& condition_mean() const { return condition_mean_; }
   const std::vector<float>& condition_deviation() const { return condition_deviation_; }
 
-  const TextureCache& cache() const { return *cache_; }
+  const ImageCache& cache() const { return *cache_; }
 
   // What a batch is made of, as it lies in the cache.
   struct Fetched {
     std::vector<int> samples;
-    std::vector<std::shared_ptr<const PackedTexture>> textures;  // of the samples
+    std::vector<std::shared_ptr<const PackedImage>> textures;  // of the samples
     std::vector<int> frames;
-    std::vector<std::shared_ptr<const PackedTexture>> averages;  // of the frames
+    std::vector<std::shared_ptr<const PackedImage>> averages;  // of the frames
+    std::vector<ImageCrop> crops;                              // of the samples, where there are images
   };
-  // The slow part where textures must be read and decoded. `samples` come in groups of `views` that share a frame. Safe
-  // from several threads.
-  Fetched Fetch(const std::vector<int>& samples, int views) const;
+  // The slow part where files must be read and decoded. `samples` come in groups of `views` that share a frame. Crops
+  // are a function of `crop_seed` and the sample's place. Safe from several threads.
+  Fetched Fetch(const std::vector<int>& samples, int views, uint64_t crop_seed = 0) const;
   // The quick part, on all of LibTorch's threads.
   Batch Standardise(const Fetched& fetched) const;
   Batch Read(const std::vector<int>& samples, int views) const { return Standardise(Fetch(samples, views)); }
@@ -96,13 +113,19 @@ class Dataset {
   Batch ReadFrames(int begin, int end) const;
 
  private:
-  PackedTexture LoadTexels(int slot) const;
+  PackedImage Load(int slot) const;
+  PackedImage LoadImage(const Sample& sample) const;
   void FetchAverages(Fetched* fetched) const;
+  ImageCrop FetchCrop(int sample, uint64_t seed) const;
+  CropBatch StandardiseCrops(const Fetched& fetched) const;
+  const Capture& CaptureOf(const Sample& sample) const { return people_[identities_[sample.frame]]->capture(); }
   void AddPerson(int identity);
+  void CheckImages();
   void ReadStatistics();
-  void ReadConditions(const std::vector<std::string>& names);
+  void ReadConditions();
 
   std::vector<const TextureSet*> people_;
+  DatasetOptions options_;
   std::vector<FrameId> frames_;
   std::vector<int> identities_;  // of frames
   std::vector<TrackedFrame> tracked_;
@@ -114,28 +137,8 @@ class Dataset {
   std::vector<NamedCondition> conditions_;
   std::vector<std::vector<float>> condition_values_;  // of frames
   std::vector<float> condition_mean_, condition_deviation_;
-  std::unique_ptr<TextureCache> cache_;  // samples, then the frames' averages
-};
-
-// The order in which training sees the samples: a function of seed and position alone, so that a run can be taken up
-// anywhere. An epoch shuffles every frame's samples, cuts them into groups of `views` (the last one takes some again)
-// and shuffles the groups.
-class SampleOrder {
- public:
-  SampleOrder(std::vector<std::vector<int>> samples_of_frame, int views, uint64_t seed);
-
-  // The samples of batch `iteration`; `batch` is a multiple of views.
-  std::vector<int> Samples(int64_t iteration, int batch) const;
-
-  int64_t groups_per_epoch() const { return groups_per_epoch_; }
-
- private:
-  std::vector<std::vector<int>> Epoch(int64_t epoch) const;
-
-  std::vector<std::vector<int>> samples_of_frame_;
-  int views_;
-  uint64_t seed_;
-  int64_t groups_per_epoch_ = 0;
+  int crop_width_ = 0, crop_height_ = 0;
+  std::unique_ptr<ImageCache> cache_;  // samples' textures, the frames' averages, samples' images
 };
 
 }  // namespace likeness

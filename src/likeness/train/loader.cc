@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "likeness/base/random.h"
+
 namespace likeness {
 
 Loader::Loader(const Dataset& dataset, SampleOrder order, int batch, int views, int64_t first, int64_t stride,
@@ -35,7 +37,9 @@ void Loader::Work() {
         if (stop_) return;
         mine = claimed_++;
       }
-      Dataset::Fetched batch = dataset_.Fetch(order_.Samples(first_ + mine * stride_, batch_), views_);
+      const int64_t number = first_ + mine * stride_;
+      Dataset::Fetched batch =
+          dataset_.Fetch(order_.Samples(number, batch_), views_, Hash({order_.seed(), static_cast<uint64_t>(number)}));
       {
         const std::lock_guard lock(mutex_);
         ready_.emplace(mine, std::move(batch));

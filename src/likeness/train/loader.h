@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "likeness/train/dataset.h"
+#include "likeness/train/sample_order.h"
 
 namespace likeness {
 

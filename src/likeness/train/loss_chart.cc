@@ -82,7 +82,8 @@ std::string LossChart(const LossLog& log) {
   std::vector<Line> lines = {{"total", Thinned(log.loss, kPoints)},
                              {"texture", Thinned(log.texture, kPoints)},
                              {"geometry", Thinned(log.geometry, kPoints)},
-                             {"KL", Thinned(log.kl, kPoints)}};
+                             {"KL", Thinned(log.kl, kPoints)},
+                             {"image", Thinned(log.image, kPoints)}};
   const std::vector<double> iterations = Thinned(log.iteration, kPoints);
   double low = std::numeric_limits<double>::max(), high = 0;
   for (const Line& line : lines) {

@@ -10,7 +10,7 @@
 namespace likeness {
 
 // An <svg> element: the total and its terms over iterations, on a logarithmic scale, each labelled at its end. Colours
-// come from the page's style sheet: classes `chart`, `grid`, `tick`, and `line-0` ... `line-3`. Empty when the log has
+// come from the page's style sheet: classes `chart`, `grid`, `tick`, and `line-0` ... `line-4`. Empty when the log has
 // fewer than two rows.
 std::string LossChart(const LossLog& log);
 

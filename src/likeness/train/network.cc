@@ -53,10 +53,17 @@ double FanIn(const LayerInfo& info) {
 constexpr double kBatchMomentum = 0.1;  // of running statistics
 constexpr double kBatchEpsilon = 1e-5;  // added to variances
 
+// The direction's length is free. Adam moves every value by about the learning rate, so that an output moves by
+// gain x sqrt(fan-in) x rate / deviation: this makes it the same for all layers, where the 3 V inputs of a mesh would
+// otherwise run away at rates that suit the others.
+double DirectionScale(const LayerInfo& info) {
+  constexpr double kReferenceFanIn = 256;
+  return FanIn(info) / kReferenceFanIn;
+}
+
 // The layers without an activation. Those that predict start small, near the mean texture, mesh and code.
 constexpr double kHiddenGain = 1.387;  // sqrt(2 / (1 + 0.2^2)): keeps the variance through a leaky ReLU of 0.2
 constexpr double kOutputGain = 0.1;
-constexpr double kReferenceFanIn = 256;
 
 // A linear model's code is the sum of two layers' outputs.
 constexpr double kLinearGain = M_SQRT1_2;
@@ -143,10 +150,7 @@ Layer::Layer(const LayerInfo& info, const Architecture& architecture, double gai
       break;
     case Normalisation::kWeight:
       gain_ = Norms(info, weight_, whole_);
-      // The direction's length is free. Adam moves every value by about the learning rate, so that an output moves by
-      // gain x sqrt(fan-in) x rate / deviation: this makes it the same for all layers, where the 3 V inputs of a mesh
-      // would otherwise run away at rates that suit the others.
-      weight_ *= FanIn(info) / kReferenceFanIn;
+      weight_ *= DirectionScale(info);
       break;
     case Normalisation::kWeightTensor:
       gain_ = Norms(info, weight_, whole_).clone();
@@ -156,6 +160,18 @@ Layer::Layer(const LayerInfo& info, const Architecture& architecture, double gai
 
 Layer::Layer(const LayerInfo& info, torch::Tensor weight, torch::Tensor bias)
     : info_(info), weight_(std::move(weight)), bias_(LaidOut(bias)) {}
+
+void Layer::Take(const Tensor* weight, const Tensor& bias) {
+  LIKENESS_CHECK(!mean_.defined() && (weight != nullptr) == weight_.defined());
+  const torch::NoGradGuard no_grad;
+  bias_.copy_(ToTorch(bias, bias_.options()));
+  if (channel_bias_.defined()) channel_bias_.zero_();
+  if (weight == nullptr) return;
+  weight_.copy_(ToTorch(*weight, weight_.options()));
+  if (!gain_.defined()) return;
+  gain_.copy_(Norms(info_, weight_, whole_));
+  if (!whole_) weight_ *= DirectionScale(info_);
+}
 
 torch::Tensor Layer::BatchScale() const { return gain_ / torch::sqrt(variance_ + kBatchEpsilon); }
 
@@ -375,6 +391,15 @@ std::vector<Parameter> Network::statistics() const {
     for (Parameter& statistic : layer.statistics()) all.push_back(std::move(statistic));
   }
   return all;
+}
+
+void Network::Take(const std::map<std::string, Tensor>& weights) {
+  const torch::NoGradGuard no_grad;
+  if (identity_vectors_.defined()) identity_vectors_.copy_(ToTorch(weights.at(kIdentityVectors), options_));
+  for (Layer& layer : layers_) {
+    const std::string& name = layer.info().name;
+    layer.Take(layer.info().HasWeight() ? &weights.at(name + ".weight") : nullptr, weights.at(name + ".bias"));
+  }
 }
 
 std::map<std::string, Tensor> Network::Folded() const {

@@ -44,6 +44,11 @@ class Layer {
   //   returns  [N, out], or [N, out, h, w] with the sides that the kind gives
   torch::Tensor operator()(const torch::Tensor& x, double slope = 1) const;
 
+  // Sets the parameters to such that the layer has these effective weights, in the registry's shapes. Not under batch
+  // normalisation, whose statistics are no part of them.
+  //   weight  null: the layer has none
+  void Take(const Tensor* weight, const Tensor& bias);
+
   const LayerInfo& info() const { return info_; }
   // Effective, in the registry's shapes: with running statistics and gains multiplied in.
   torch::Tensor Weight() const;
@@ -121,6 +126,9 @@ class Network {
   std::vector<Parameter> parameters() const;
   // Running statistics, which no gradient moves: there are some with batch normalisation alone.
   std::vector<Parameter> statistics() const;
+
+  // Goes on from an avatar file's weights, of the same architecture; they are copied. Not under batch normalisation.
+  void Take(const std::map<std::string, Tensor>& weights);
 
   // The effective weights, as an avatar file holds them.
   std::map<std::string, Tensor> Folded() const;

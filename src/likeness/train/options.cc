@@ -49,6 +49,8 @@ void TrainOptions::Check() const {
   InRange("loss.texture", loss.texture, 0, 1e9);
   InRange("loss.geometry", loss.geometry, 0, 1e9);
   InRange("loss.kl", loss.kl, 0, 1e9);
+  InRange("loss.image", loss.image, 0, 1e9);
+  if (crop != 0) InRange("crop", crop, 8, 16384);
   PrecisionFrom(precision);
   InRange("save-minutes", save_minutes, 0, 1e6);
   InRange("keep", keep, 1, 1e6);
@@ -98,6 +100,10 @@ std::vector<std::string> TrainOptions::Fingerprint() const {
   add("loss.texture", loss.texture);
   add("loss.geometry", loss.geometry);
   add("loss.kl", loss.kl);
+  add("loss.image", loss.image);
+  add("crop", crop);
+  add("silhouettes", silhouettes);
+  add("from", from.string());
   add("seed", seed);
   return lines;
 }
@@ -130,6 +136,7 @@ TrainOptions PresetOptions(const std::string& preset) {
     options.warmup = 0;
     options.clip = 0;
     options.average = 0;
+    options.loss.geometry = 1;
   }
   if (preset == "multiface") {
     options.latent = 256;

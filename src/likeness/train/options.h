@@ -16,6 +16,7 @@ struct LossWeights {
   double texture = 1;   // lambda_T
   double geometry = 1;  // lambda_M
   double kl = 0.01;     // lambda_Z
+  double image = 0;     // lambda_I; 0: no picture is drawn
 };
 
 struct TrainOptions {
@@ -59,7 +60,10 @@ struct TrainOptions {
   double clip = 1;              // largest norm of all gradients together; 0 does not clip
   double average = 0.02;        // the avatar's weights are a mean over about this share of the run's end; 0: the last
   std::string texels = "seen";  // what a texel counts in the loss; see texel_weights.h
-  LossWeights loss;
+  LossWeights loss = {.geometry = 10};
+  int crop = 256;              // side of the pieces of pictures for the image loss, pixels; 0: whole pictures
+  bool silhouettes = false;    // the image loss moves outlines, too; see render/silhouettes.h
+  std::filesystem::path from;  // avatar whose weights the network begins with; empty: random ones
 
   uint64_t seed = 0;
   std::string device = "cpu";

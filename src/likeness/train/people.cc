@@ -5,7 +5,6 @@
 #include "likeness/base/error.h"
 
 namespace likeness {
-
 namespace {
 
 int LargestSize(const std::filesystem::path& capture) {
@@ -16,8 +15,9 @@ int LargestSize(const std::filesystem::path& capture) {
   return sizes.back();
 }
 
-// What one topology has otherwise than the first; empty: nothing.
-std::string Difference(const MeshTopology& first, const MeshTopology& other) {
+}  // namespace
+
+std::string TopologyDifference(const MeshTopology& first, const MeshTopology& other) {
   if (other.vertex_count != first.vertex_count) {
     return fmt::format("{} vertices, not {}", other.vertex_count, first.vertex_count);
   }
@@ -27,8 +27,6 @@ std::string Difference(const MeshTopology& first, const MeshTopology& other) {
   if (other.uvs != first.uvs || other.triangle_uvs != first.triangle_uvs) return "other texture coordinates";
   return "";
 }
-
-}  // namespace
 
 People::People(const TrainOptions& options) {
   std::vector<std::filesystem::path> folders = {options.capture};
@@ -43,7 +41,8 @@ People::People(const TrainOptions& options) {
     names_.push_back(name);
     captures_.push_back(OpenCapture(folder, options.capture_options));
     textures_.push_back(std::make_unique<TextureSet>(*captures_.back(), size));
-    if (const std::string difference = Difference(topology(), captures_.back()->topology()); !difference.empty()) {
+    if (const std::string difference = TopologyDifference(topology(), captures_.back()->topology());
+        !difference.empty()) {
       throw Error("{}: its mesh has {}; people in one network share the topology of {}", folder.string(), difference,
                   options.capture.string());
     }

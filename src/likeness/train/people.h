@@ -12,6 +12,9 @@
 
 namespace likeness {
 
+// What a topology has otherwise than the first, in words; empty: nothing.
+std::string TopologyDifference(const MeshTopology& first, const MeshTopology& other);
+
 class People {
  public:
   // Opens options.capture and options.also. Throws Error where one is wrong, is not unwrapped at the size of the run,

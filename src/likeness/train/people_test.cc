@@ -71,7 +71,7 @@ TEST_F(PeopleTest, AreCalledAsTheirFoldersAndShareATopology) {
 // Means are a person's own, deviations everybody's; frames, cameras and conditions follow one another.
 TEST_F(PeopleTest, DataOfTwoAreStandardisedAboutTheirOwnMeans) {
   const People people(options_);
-  const Dataset dataset(people.textures(), {"gaze"}, 1 << 20);
+  const Dataset dataset(people.textures(), {.conditions = {"gaze"}, .cache_bytes = 1 << 20});
   EXPECT_EQ(dataset.frames().size(), 12u);
   EXPECT_EQ(dataset.cameras(), 6);
   EXPECT_EQ(dataset.samples().size(), 36u);

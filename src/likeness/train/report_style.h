@@ -9,13 +9,13 @@ inline constexpr char kReportStyle[] = R"css(
   color-scheme: light dark;
   --ground: #f6f5f2; --panel: #ffffff; --ink: #1d1f23; --soft: #666c76; --rule: #e2e0da;
   --accent: #0b6e75; --held-out: #a85a00; --picture: #0c0d0f;
-  --c0: #1d1f23; --c1: #0b6e75; --c2: #b4552d; --c3: #6a55a5;
+  --c0: #1d1f23; --c1: #0b6e75; --c2: #b4552d; --c3: #6a55a5; --c4: #8a7a1f;
 }
 @media (prefers-color-scheme: dark) {
   :root {
     --ground: #14161a; --panel: #1d2026; --ink: #e8eaee; --soft: #9aa1ac; --rule: #31353d;
     --accent: #5fd0d6; --held-out: #ffb547; --picture: #08090a;
-    --c0: #e8eaee; --c1: #5fd0d6; --c2: #f08a5d; --c3: #b09bf0;
+    --c0: #e8eaee; --c1: #5fd0d6; --c2: #f08a5d; --c3: #b09bf0; --c4: #d8c455;
   }
 }
 * { box-sizing: border-box; }
@@ -55,6 +55,7 @@ figure { margin: 0; }
 .chart path.line-1 { stroke: var(--c1); } .chart text.line-1 { fill: var(--c1); }
 .chart path.line-2 { stroke: var(--c2); } .chart text.line-2 { fill: var(--c2); }
 .chart path.line-3 { stroke: var(--c3); } .chart text.line-3 { fill: var(--c3); }
+.chart path.line-4 { stroke: var(--c4); } .chart text.line-4 { fill: var(--c4); }
 .stage { display: grid; grid-template-columns: 120px 1fr 100px; gap: 12px; align-items: center; font-size: 14px; }
 .stage i { display: block; height: 12px; background: var(--accent); border-radius: 3px; min-width: 2px; }
 .stage span:last-child { text-align: right; font-variant-numeric: tabular-nums; }

@@ -97,6 +97,7 @@ LossLog MakeLog(int rows) {
     log.elapsed_s.push_back(i);
     for (auto* column : {&log.loss, &log.texture, &log.geometry}) column->push_back(1.0 / i);
     log.kl.push_back(i == 1 ? 0 : 0.01 * i);
+    log.image.push_back(0);
   }
   return log;
 }
@@ -200,7 +201,7 @@ TEST(LossChartTest, DrawsEveryTermWithinItsFrame) {
   EXPECT_LT(svg.size(), 30000u);
   EXPECT_THAT(LossChart(MakeLog(1)), IsEmpty());
   LossLog zeros = MakeLog(5);
-  for (auto* column : {&zeros.loss, &zeros.texture, &zeros.geometry, &zeros.kl})
+  for (auto* column : {&zeros.loss, &zeros.texture, &zeros.geometry, &zeros.kl, &zeros.image})
     std::fill(column->begin(), column->end(), 0);
   EXPECT_THAT(LossChart(zeros), IsEmpty());
 }

@@ -22,19 +22,20 @@ LossLog ParseLossLog(const std::filesystem::path& path_for_errors, std::string_v
   if (!lines.Next()) throw FileError(path_for_errors, "is empty; expected a header with the names of columns");
   const std::vector<std::string_view> header = lines.Fields(',');
   LossLog log;
-  const std::array<std::pair<const char*, std::vector<double>*>, 6> wanted = {{{"iteration", &log.iteration},
+  const std::array<std::pair<const char*, std::vector<double>*>, 7> wanted = {{{"iteration", &log.iteration},
                                                                                {"elapsed_s", &log.elapsed_s},
                                                                                {"loss", &log.loss},
                                                                                {"texture", &log.texture},
                                                                                {"geometry", &log.geometry},
-                                                                               {"kl", &log.kl}}};
+                                                                               {"kl", &log.kl},
+                                                                               {"image", &log.image}}};
   std::vector<std::vector<double>*> columns(header.size(), nullptr);
   for (const auto& [name, values] : wanted) {
     bool found = false;
     for (size_t i = 0; i < header.size() && !found; ++i) {
       if (Trim(header[i]) == name) columns[i] = values, found = true;
     }
-    if (!found) lines.Fail(fmt::format("there is no column '{}'", name));
+    if (!found && values != &log.image) lines.Fail(fmt::format("there is no column '{}'", name));
   }
   while (lines.Next()) {
     if (Trim(lines.line()).empty()) continue;
@@ -46,6 +47,7 @@ LossLog ParseLossLog(const std::filesystem::path& path_for_errors, std::string_v
       if (columns[i] != nullptr) columns[i]->push_back(lines.Number(Trim(fields[i])));
     }
   }
+  log.image.resize(log.iteration.size());
   return log;
 }
 

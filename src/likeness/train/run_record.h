@@ -17,10 +17,11 @@ struct LossLog {
   std::vector<double> texture;
   std::vector<double> geometry;
   std::vector<double> kl;
+  std::vector<double> image;  // zeros without an image loss, or in logs that do not tell
 };
 
-// Reads the columns by name; others are left alone. Throws Error, with the line, for a header without one of them, rows
-// of another width, and values that are no finite numbers.
+// Reads the columns by name; others are left alone. Throws Error, with the line, for a header without one of the
+// others, rows of another width, and values that are no finite numbers.
 LossLog ReadLossLog(const std::filesystem::path& path);
 LossLog ParseLossLog(const std::filesystem::path& path_for_errors, std::string_view text);
 

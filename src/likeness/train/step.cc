@@ -10,8 +10,8 @@
 namespace likeness {
 
 StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& peers, GradientExchange& exchange,
-                     const Batch& batch, const LossWeights& weights, uint64_t noise_seed, double learning_rate,
-                     double clip) {
+                     const Batch& batch, const LossWeights& weights, const ImageLoss* image_loss, uint64_t noise_seed,
+                     double learning_rate, double clip) {
   const int64_t views = batch.texture.size(0) / batch.average.size(0);
   const torch::Tensor condition = network.Condition(batch.identity, batch.named);
   const Network::Encoding encoding = network.Encode(batch.average, batch.vertices, condition);
@@ -26,14 +26,14 @@ StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& 
   const torch::Tensor condition_of_view = condition.defined() ? condition.repeat_interleave(views, 0) : condition;
   Network::Decoding decoding = network.Decode(mu + sigma * noise, batch.view, condition_of_view);
   decoding.texture = network.InCameraColours(decoding.texture, batch.camera);
-  const Loss loss = ComputeLoss(weights, batch, encoding, decoding);
+  const Loss loss = ComputeLoss(weights, batch, encoding, decoding, image_loss);
 
   optimiser.ZeroGradients();
   loss.total.backward();
   exchange.Finish();
 
   std::array terms = {loss.total.item<double>(), loss.texture.item<double>(), loss.geometry.item<double>(),
-                      loss.kl.item<double>()};
+                      loss.kl.item<double>(), loss.image.defined() ? loss.image.item<double>() : 0};
   peers.Sum(terms);
   for (double& term : terms) term /= peers.count();
   StepValues values;
@@ -41,6 +41,7 @@ StepValues TrainStep(const Network& network, Optimiser& optimiser, const Peers& 
   values.texture = terms[1];
   values.geometry = terms[2];
   values.kl = terms[3];
+  values.image = terms[4];
   values.gradient_norm = optimiser.GradientNorm();
   values.skipped = !std::isfinite(values.total) || !std::isfinite(values.gradient_norm);
   if (!values.skipped) optimiser.Step(learning_rate, values.gradient_norm, clip);

@@ -45,7 +45,8 @@ std::vector<double> LossCurve(torch::ScalarType type, Precision precision, int f
   std::vector<double> losses;
   for (int i = 0; i < kSteps; ++i) {
     const auto noise = static_cast<uint64_t>(first_noise + i);
-    losses.push_back(TrainStep(network, optimiser, alone, exchange, batch, LossWeights{}, noise, 1e-3, 1).total);
+    losses.push_back(
+        TrainStep(network, optimiser, alone, exchange, batch, LossWeights{}, nullptr, noise, 1e-3, 1).total);
   }
   return losses;
 }

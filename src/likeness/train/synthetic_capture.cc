@@ -10,6 +10,7 @@
 #include "likeness/capture/condition_file.h"
 #include "likeness/capture/writer.h"
 #include "likeness/image/image_io.h"
+#include "likeness/render/rasterizer.h"
 
 namespace likeness {
 
@@ -46,7 +47,8 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
   for (int c = 0; c < cameras; ++c) {
     const double angle = (c - 0.5 * (cameras - 1)) * 1.2 / std::max(1, cameras - 1);
     const Eigen::Vector3d centre = 1000 * Eigen::Vector3d(std::sin(angle), 0.2, std::cos(angle));
-    Camera camera = LookAt(centre, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY(), 100, 8, 8);
+    const int pixels = picture > 0 ? picture : 8;
+    Camera camera = LookAt(centre, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY(), 8 * pixels, pixels, pixels);
     camera.name = fmt::format("c{}", c);
     rig.push_back(camera);
     (c < cameras - held_out_cameras ? split.training_cameras : split.held_out_cameras).push_back(camera.name);
@@ -73,9 +75,11 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
           static_cast<float>(30 * person * uv.y() + 10 * vigour * state * uv.x() + 5 * other * uv.y());
     }
     tracked.world_from_head.rotation = RotationFromYawPitchRoll(0.1 * state, 0, 0);
-    writer.WriteTracked(ids[f], tracked);
-    if (f == 0) writer.WriteObj(ids[f], tracked.vertices_in_head, topology);
-    meshes.push_back(tracked.vertices_in_head);
+    TrackedFrame seen_by_tracker = tracked;
+    seen_by_tracker.vertices_in_head.col(0).array() += tracking_error_mm;
+    writer.WriteTracked(ids[f], seen_by_tracker);
+    if (f == 0) writer.WriteObj(ids[f], seen_by_tracker.vertices_in_head, topology);
+    meshes.push_back(seen_by_tracker.vertices_in_head);
 
     ImageF average(size, size, 3);
     ImageF count(size, size, 1);
@@ -83,16 +87,20 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
       const Eigen::Vector3d view = ViewVector(camera, tracked.world_from_head);
       const bool training = !split.IsHeldOutCamera(camera.name);
       ImageU8 texture(size, size, 3), mask(size, size, 1);
+      ImageF whole(size, size, 3);
       for (int y = 0; y < size; ++y) {
         for (int x = 0; x < size; ++x) {
           const double u = (x + 0.5) / size, v = 1 - (y + 0.5) / size;
-          if ((u - 0.5) * view.x() < -0.25) continue;  // the far cheek
-          mask.at(x, y)[0] = 255;
+          const bool is_seen = (u - 0.5) * view.x() >= -0.25;  // not the far cheek
+          if (is_seen) mask.at(x, y)[0] = 255;
           for (int c = 0; c < 3; ++c) {
             const double value = 120 + 40 * std::sin(7 * u + c) + 30 * std::cos(5 * v + 2 * c) +
                                  25 * vigour * state * std::sin(9 * v + c) + 20 * other * u +
                                  15 * person * std::sin(11 * (u + v)) + 25 * view.x() * (u - v);
-            texture.at(x, y)[c] = static_cast<uint8_t>(std::clamp(std::lround(value), 1L, 255L));
+            const auto byte = static_cast<uint8_t>(std::clamp(std::lround(value), 1L, 255L));
+            whole.at(x, y)[c] = byte;
+            if (!is_seen) continue;
+            texture.at(x, y)[c] = byte;
             if (!training) continue;
             average.at(x, y)[c] += texture.at(x, y)[c];
             if (ids[f].segment == "held") continue;
@@ -101,11 +109,18 @@ void SyntheticCapture::Write(const std::filesystem::path& root) const {
             squares[i] += std::pow(texture.at(x, y)[c], 2);
             seen[i] += 1;
           }
-          if (training) count.at(x, y)[0] += 1;
+          if (training && is_seen) count.at(x, y)[0] += 1;
         }
       }
       WritePng(layout.Texture(ids[f], camera.name, size), texture);
       WritePng(layout.TextureMask(ids[f], camera.name, size), mask);
+      if (picture == 0) continue;
+      DrawOptions draw;
+      draw.supersample = 1;
+      const Rendering drawn =
+          DrawMesh(tracked.vertices_in_head, topology, whole, camera, tracked.world_from_head, draw);
+      writer.WriteImage(ids[f], camera.name, drawn.colour);
+      writer.WriteHeadMask(ids[f], camera.name, drawn.coverage);
     }
     ImageU8 mean(size, size, 3);
     for (size_t i = 0; i < values; ++i) {

@@ -14,6 +14,8 @@ struct SyntheticCapture {
   int held_out_cameras = 1;  // of these, the last ones
   int frames = 6;            // in segment "a"; segment "held" has two more, held out
   int grid = 4;              // vertices a side of the mesh
+  int picture = 0;  // pixels a side of camera images, with head masks, drawn from mesh and textures; 0: there are none
+  float tracking_error_mm = 0;  // tracked vertices lie so far to the left of where the pictures show them
   // Who it is: people give the same performance with another face at rest (mesh and texture), and move it otherwise.
   int person = 0;
 

@@ -22,31 +22,28 @@
 #include "likeness/train/checkpoint.h"
 #include "likeness/train/dataset.h"
 #include "likeness/train/device.h"
+#include "likeness/train/fine_tuning.h"
 #include "likeness/train/gradient_exchange.h"
+#include "likeness/train/image_loss.h"
 #include "likeness/train/loader.h"
+#include "likeness/train/make_avatar.h"
 #include "likeness/train/ops/precision.h"
 #include "likeness/train/peers.h"
 #include "likeness/train/people.h"
+#include "likeness/train/preview.h"
 #include "likeness/train/run_log.h"
+#include "likeness/train/sample_order.h"
 #include "likeness/train/step.h"
 
 namespace likeness {
-
 namespace {
 
 constexpr int64_t kAverageEvery = 4;        // steps between updates of the mean weights: each reads all of them
 constexpr int64_t kMostSkippedInARow = 50;  // steps that are not finite before the run gives up
-constexpr int kPreviewSamples = 3;
-constexpr double kHeld = 0.6;          // share of a run in which the schedule "hold" stays at the learning rate
-constexpr double kPictureMinutes = 1;  // at least, between pictures of the samples
+constexpr double kHeld = 0.6;               // share of a run in which the schedule "hold" stays at the learning rate
+constexpr double kPictureMinutes = 1;       // at least, between pictures of the samples
 
 double Seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
-
-Batch ToDevice(const Batch& batch, torch::Device device) {
-  if (device.is_cpu()) return batch;
-  return {batch.average.to(device), batch.vertices.to(device), batch.texture.to(device),  batch.seen.to(device),
-          batch.view.to(device),    batch.camera.to(device),   batch.identity.to(device), batch.named.to(device)};
-}
 
 // With what the capture decides: its geometry, and no geometry term where its mesh stands still.
 TrainOptions ForCapture(const TrainOptions& options) {
@@ -91,115 +88,12 @@ double AverageDecay(double share, const RunState& run, double position) {
   return std::min(std::exp(-static_cast<double>(kAverageEvery) / reach), steps / (steps + 10));
 }
 
-// Lets the running statistics of batch normalisation follow the mean weights, which they were not met with.
-void RefreshStatistics(const Network& network, const Dataset& dataset, const TrainOptions& options,
-                       torch::Device device) {
-  if (network.statistics().empty()) return;
-  constexpr int kBatches = 50;  // a running mean of momentum 0.1 has forgotten all but 0.5% of what was before
-  const SampleOrder order(dataset.samples_of_frame(), options.views, options.seed);
-  for (int i = 0; i < kBatches; ++i) {
-    const Batch batch = ToDevice(dataset.Read(order.Samples(i, options.batch), options.views), device);
-    const torch::Tensor condition = network.Condition(batch.identity, batch.named);
-    const torch::Tensor mu = network.Encode(batch.average, batch.vertices, condition).mu;
-    network.Decode(mu.repeat_interleave(options.views, 0), batch.view,
-                   condition.defined() ? condition.repeat_interleave(options.views, 0) : condition);
-  }
-}
-
-// Codes of all frames, by the network as it is.
-std::vector<FrameCode> EncodeFrames(const Network& network, const Dataset& dataset, int batch, torch::Device device) {
-  const torch::NoGradGuard no_grad;
-  std::vector<FrameCode> codes;
-  const int count = static_cast<int>(dataset.frames().size());
-  for (int begin = 0; begin < count; begin += batch) {
-    const Batch frames = dataset.ReadFrames(begin, std::min(count, begin + batch));
-    const torch::Tensor condition = network.Condition(frames.identity.to(device), frames.named.to(device));
-    const torch::Tensor mu =
-        network.Encode(frames.average.to(device), frames.vertices.to(device), condition).mu.cpu().contiguous();
-    const float* values = mu.const_data_ptr<float>();
-    for (int64_t i = 0; i < mu.size(0); ++i, values += mu.size(1)) {
-      const int f = begin + static_cast<int>(i);
-      const FrameId& frame = dataset.frames()[f];
-      codes.push_back(
-          {frame.segment, frame.frame, {values, values + mu.size(1)}, dataset.IdentityOf(f), dataset.ConditionsOf(f)});
-    }
-  }
-  return codes;
-}
-
-// Rows of truth, prediction and five-fold difference, for samples spread over the capture; unseen texels are grey.
-ImageU8 Preview(const Network& network, const Dataset& dataset, torch::Device device) {
-  const torch::NoGradGuard no_grad;
-  const int size = dataset.size(), total = static_cast<int>(dataset.samples().size());
-  const int rows = std::min(kPreviewSamples, total);
-  ImageU8 picture(3 * size, rows * size, 3, 128);
-  for (int row = 0; row < rows; ++row) {
-    const int sample = static_cast<int>((row + 0.5) * total / rows);
-    const Batch batch = dataset.Read({sample}, 1);
-    const torch::Tensor condition = network.Condition(batch.identity.to(device), batch.named.to(device));
-    const torch::Tensor mu = network.Encode(batch.average.to(device), batch.vertices.to(device), condition).mu;
-    const torch::Tensor prediction =
-        network.Decode(mu, batch.view.to(device), condition).texture.cpu().permute({0, 2, 3, 1}).contiguous();
-    const torch::Tensor target = batch.texture.permute({0, 2, 3, 1}).contiguous();
-    const Statistics& statistics = dataset.statistics(dataset.IdentityOf(dataset.samples()[sample].frame));
-    const ImageF predicted = RestoreTexture(statistics, prediction.const_data_ptr<float>());
-    const ImageF truth = RestoreTexture(statistics, target.const_data_ptr<float>());
-    const float* seen = batch.seen.const_data_ptr<float>();
-    const auto byte = [](float value) { return static_cast<uint8_t>(std::clamp(value + 0.5f, 0.0f, 255.0f)); };
-    for (int y = 0; y < size; ++y) {
-      for (int x = 0; x < size; ++x) {
-        const bool valid = seen[y * size + x] != 0;
-        for (int c = 0; c < 3; ++c) {
-          const float is = predicted.at(x, y)[c], should = truth.at(x, y)[c];
-          picture.at(size + x, row * size + y)[c] = byte(is);
-          if (!valid) continue;
-          picture.at(x, row * size + y)[c] = byte(should);
-          picture.at(2 * size + x, row * size + y)[c] = byte(128 + 5 * (is - should));
-        }
-      }
-    }
-  }
-  return picture;
-}
-
-Avatar MakeAvatar(const Network& network, const Dataset& dataset, const People& people, const TrainOptions& options,
-                  const RunState& run, torch::Device device) {
-  Avatar avatar;
-  avatar.architecture = network.architecture();
-  avatar.topology = people.topology();
-  avatar.identities.clear();
-  for (int i = 0; i < dataset.people(); ++i) {
-    const Statistics& own = dataset.statistics(i);
-    avatar.identities.push_back({people.names()[i], own.texture_mean, own.vertex_mean});
-  }
-  const Statistics& statistics = dataset.statistics();
-  avatar.texture_variance = std::pow(static_cast<double>(statistics.texture_deviation), 2);
-  avatar.vertex_variance = std::pow(static_cast<double>(statistics.vertex_deviation), 2);
-  avatar.condition_mean = dataset.condition_mean();
-  avatar.condition_deviation = dataset.condition_deviation();
-  avatar.weights = network.Folded();
-  avatar.codes = EncodeFrames(network, dataset, options.batch, device);
-  avatar.training = {{"iterations", fmt::format("{}", run.iteration)},
-                     {"samples", fmt::format("{}", run.batches * options.batch)},
-                     {"elapsed_s", fmt::format("{:.1f}", run.elapsed_s)},
-                     {"frames", fmt::format("{}", dataset.frames().size())},
-                     {"textures", fmt::format("{}", dataset.samples().size())}};
-  for (size_t i = 0; i < people.names().size(); ++i) {
-    avatar.training[TrainingCamerasKey(avatar, static_cast<int>(i))] =
-        fmt::format("{}", fmt::join(people.captures()[i]->split().training_cameras, " "));
-  }
-  for (const std::string& line : options.Fingerprint()) {
-    const size_t equals = line.find(" = ");
-    avatar.training["option." + line.substr(0, equals)] = line.substr(equals + 3);
-  }
-  return avatar;
-}
-
 // What the progress line shows behind the count.
 std::string Note(const TrainOptions& options, const RunState& run, const StepValues& values, double samples_per_s) {
   const double position = std::max(Position(options, run), 1e-9);
-  return fmt::format("loss {:.4f} (texture {:.4f}, geometry {:.4f}, KL {:.2f}), {:.1f} samples/s, {} left",
-                     values.total, values.texture, values.geometry, values.kl, samples_per_s,
+  const std::string image = options.loss.image > 0 ? fmt::format(", image {:.4f}", values.image) : "";
+  return fmt::format("loss {:.4f} (texture {:.4f}, geometry {:.4f}, KL {:.2f}{}), {:.1f} samples/s, {} left",
+                     values.total, values.texture, values.geometry, values.kl, image, samples_per_s,
                      FormatDuration(run.elapsed_s * (1 - position) / position));
 }
 
@@ -232,17 +126,30 @@ TrainResult Train(const TrainOptions& given, const std::function<bool()>& stop, 
   const torch::Device device = FindDevice(options.device, launcher.local_rank);
   const Peers peers(launcher, device, options.peer_timeout_s);
   const People people(options);
+  std::optional<Avatar> origin;
+  if (!options.from.empty()) origin = LoadAvatar(options.from);
   Architecture architecture = ArchitectureFrom(options, people.size(), people.topology().vertex_count);
-  const Dataset dataset(people.textures(), options.conditions, options.CacheBytes(),
-                        ParseTexelWeighting(options.texels), options.cache_dir);
+  const Dataset dataset(people.textures(), {.conditions = options.conditions,
+                                            .weighting = ParseTexelWeighting(options.texels),
+                                            .images = options.loss.image > 0,
+                                            .crop = options.crop,
+                                            .cache_bytes = options.CacheBytes(),
+                                            .cache_folder = options.cache_dir,
+                                            .like = origin ? &*origin : nullptr});
   architecture.conditions = dataset.conditions();
   architecture.Check();
+  if (origin) CheckOrigin(options.from, *origin, architecture, people);
   LogInfo("train on {} textures of {} frames{}, {} x {} texels; {:.1f} million parameters", dataset.samples().size(),
           dataset.frames().size(), dataset.people() > 1 ? fmt::format(" of {} people", dataset.people()) : "",
           dataset.size(), dataset.size(), static_cast<double>(ParameterCount(architecture)) * 1e-6);
 
-  const Network network(architecture, options.seed, torch::TensorOptions(torch::kFloat32).device(device),
-                        ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
+  const auto tensors = torch::TensorOptions(torch::kFloat32).device(device);
+  Network network(architecture, options.seed, tensors,
+                  ColourOptions{options.colours ? dataset.cameras() : 0, options.colour_rate});
+  if (origin) network.Take(origin->weights);
+  std::optional<ImageLoss> image_loss;
+  if (options.loss.image > 0)
+    image_loss.emplace(people.topology(), dataset.AllStatistics(), tensors, options.silhouettes);
   Optimiser optimiser(network.parameters(), network.statistics(), options.beta2);
   // The first process alone writes.
   std::optional<FolderLock> lock;
@@ -280,10 +187,10 @@ TrainResult Train(const TrainOptions& given, const std::function<bool()>& stop, 
     while (!stopped && Position(options, run) < 1) {
       const double position = Position(options, run);
       const double rate = LearningRate(options, position);
-      const Batch batch = ToDevice(loader.Next(), device);
+      const Batch batch = loader.Next().To(device);
       const StepValues values = [&] {
         const PrecisionScope scope(PrecisionFrom(options.precision));
-        return TrainStep(network, optimiser, peers, exchange, batch, options.loss,
+        return TrainStep(network, optimiser, peers, exchange, batch, options.loss, image_loss ? &*image_loss : nullptr,
                          Hash({options.seed, 1, static_cast<uint64_t>(run.iteration)}), rate, options.clip);
       }();
       run.skipped += values.skipped ? 1 : 0;
@@ -339,6 +246,7 @@ TrainResult Train(const TrainOptions& given, const std::function<bool()>& stop, 
   result.loss_texture = last.texture;
   result.loss_geometry = last.geometry;
   result.loss_kl = last.kl;
+  result.loss_image = last.image;
   if (run.iteration > first) save();
   if (!result.finished || !peers.IsFirst()) return result;
 

@@ -27,6 +27,7 @@ struct TrainResult {
   double loss_texture = 0;
   double loss_geometry = 0;
   double loss_kl = 0;
+  double loss_image = 0;
 };
 
 // Trains until the iterations or minutes are over, or until stop() says so. Writes into options.out:

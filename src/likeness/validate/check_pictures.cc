@@ -5,11 +5,11 @@
 #include <algorithm>
 
 #include "likeness/base/error.h"
+#include "likeness/image/foreground.h"
 #include "likeness/image/image_io.h"
 #include "likeness/image/panels.h"
 #include "likeness/image/resize.h"
 #include "likeness/validate/checks.h"
-#include "likeness/validate/foreground.h"
 
 namespace likeness {
 namespace {

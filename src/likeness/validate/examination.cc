@@ -7,9 +7,9 @@
 
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
+#include "likeness/image/foreground.h"
 #include "likeness/image/image_io.h"
 #include "likeness/image/resize.h"
-#include "likeness/validate/foreground.h"
 
 namespace likeness {
 

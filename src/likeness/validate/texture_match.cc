@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "likeness/validate/foreground.h"
+#include "likeness/image/foreground.h"
 
 namespace likeness {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "likeness/image/foreground.h"
 #include "likeness/render/rasterizer.h"
-#include "likeness/validate/foreground.h"
 
 namespace likeness {
 namespace {

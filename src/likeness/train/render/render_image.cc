@@ -2,6 +2,7 @@
 
 #include "likeness/train/render/rasterise.h"
 #include "likeness/train/render/shade.h"
+#include "likeness/train/render/silhouettes.h"
 
 namespace likeness {
 
@@ -12,6 +13,9 @@ RenderedImages RenderImages(const torch::Tensor& texture, const torch::Tensor& v
   const bool fused = options.fused && !options.mip_maps && texture.is_cpu();
   images.colour = fused ? ShadeFused(images.triangle, texture, vertices, topology, projections)
                         : ShadePlain(images.triangle, texture, vertices, topology, projections, options.mip_maps);
+  if (options.silhouettes) {
+    images.colour = BlendSilhouettes(images.colour, images.triangle, vertices, topology, projections);
+  }
   return images;
 }
 

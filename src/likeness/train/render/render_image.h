@@ -5,7 +5,7 @@
 //   image
 //
 // Semi-differentiable: gradients reach textures, vertices and texture coordinates by what a triangle shows inside its
-// outline. That the outline moves has no gradient, as in the paper.
+// outline. That the outline moves has no gradient, as in the paper; silhouettes.h adds one.
 
 #pragma once
 
@@ -18,8 +18,9 @@ namespace likeness {
 
 struct RenderOptions {
   RasterOptions raster;
-  bool mip_maps = false;  // sample between levels of the texture; slower, in plain operations
-  bool fused = true;      // one operation where there is one: on the CPU, without mip maps
+  bool mip_maps = false;     // sample between levels of the texture; slower, in plain operations
+  bool silhouettes = false;  // smooth outlines, with gradients; see silhouettes.h
+  bool fused = true;         // one operation where there is one: on the CPU, without mip maps
 };
 
 struct RenderedImages {

@@ -11,6 +11,7 @@ namespace likeness {
 struct RenderTopology {
   torch::Tensor triangles;     // [T, 3] int64, vertices
   torch::Tensor triangle_uvs;  // [T, 3] int64, texture coordinates
+  torch::Tensor neighbours;    // [T, 3] int64, the triangle across the edge from corner j to the next; -1: none
   torch::Tensor uvs;           // [U, 2]; v = 1 is a texture's first row
 
   RenderTopology() = default;

@@ -1,4 +1,4 @@
-#include "likeness/validate/foreground.h"
+#include "likeness/image/foreground.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "likeness/decode/team.h"
+#include "likeness/base/team.h"
 
 #include <sched.h>
 

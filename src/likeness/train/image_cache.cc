@@ -1,4 +1,4 @@
-#include "likeness/train/texture_cache.h"
+#include "likeness/train/image_cache.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -20,7 +20,7 @@ int OpenScratch(const std::filesystem::path& folder) {
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) throw FileError(folder, "cannot make this folder: " + code.message());
-  std::string path = (folder / ".textures.XXXXXX").string();
+  std::string path = (folder / ".images.XXXXXX").string();
   const int descriptor = mkostemp(path.data(), O_CLOEXEC);
   if (descriptor < 0) throw FileError(folder, fmt::format("cannot hold the cache: {}", std::strerror(errno)));
   unlink(path.c_str());
@@ -29,45 +29,44 @@ int OpenScratch(const std::filesystem::path& folder) {
 
 }  // namespace
 
-PackedTexture::PackedTexture(const ImageU8& texture, const ImageU8& seen) {
-  LIKENESS_CHECK(texture.channels() == 3 && texture.width() == texture.height());
-  LIKENESS_CHECK(seen.empty() || seen.values().size() * 3 == texture.values().size());
-  const size_t texels = texture.values().size() / 3;
-  const uint8_t* pixel = texture.values().data();
-  const auto is_seen = [&](size_t i) {
-    return seen.empty() ? (pixel[3 * i] | pixel[3 * i + 1] | pixel[3 * i + 2]) != 0 : seen.values()[i] != 0;
+PackedImage::PackedImage(const ImageU8& image, const ImageU8& counts) {
+  LIKENESS_CHECK(image.channels() == 3 && (counts.empty() || counts.values().size() * 3 == image.values().size()));
+  const size_t pixels = image.values().size() / 3;
+  const uint8_t* pixel = image.values().data();
+  const auto does_count = [&](size_t i) {
+    return counts.empty() ? (pixel[3 * i] | pixel[3 * i + 1] | pixel[3 * i + 2]) != 0 : counts.values()[i] != 0;
   };
   size_t count = 0;
-  for (size_t i = 0; i < texels; ++i) count += is_seen(i) ? 1 : 0;
-  bytes_.resize(BitBytes(texels) + 3 * count);
-  uint8_t* colour = bytes_.data() + BitBytes(texels);
-  for (size_t i = 0; i < texels; ++i) {
-    if (!is_seen(i)) continue;
+  for (size_t i = 0; i < pixels; ++i) count += does_count(i) ? 1 : 0;
+  bytes_.resize(BitBytes(pixels) + 3 * count);
+  uint8_t* colour = bytes_.data() + BitBytes(pixels);
+  for (size_t i = 0; i < pixels; ++i) {
+    if (!does_count(i)) continue;
     bytes_[i / 8] = static_cast<uint8_t>(bytes_[i / 8] | 1 << i % 8);
     colour = std::copy_n(pixel + 3 * i, 3, colour);
   }
 }
 
-void PackedTexture::Unpack(int size, ImageU8* texture, ImageU8* seen) const {
-  *texture = ImageU8(size, size, 3);
-  *seen = ImageU8(size, size, 1);
-  const size_t texels = seen->values().size();
-  LIKENESS_CHECK(bytes_.size() >= BitBytes(texels));
-  const uint8_t* colour = bytes_.data() + BitBytes(texels);
-  uint8_t* pixel = texture->values().data();
-  uint8_t* weight = seen->values().data();
-  for (size_t begin = 0; begin < texels; begin += 8) {
+void PackedImage::Unpack(int width, int height, ImageU8* image, ImageU8* counts) const {
+  *image = ImageU8(width, height, 3);
+  *counts = ImageU8(width, height, 1);
+  const size_t pixels = counts->values().size();
+  LIKENESS_CHECK(bytes_.size() >= BitBytes(pixels));
+  const uint8_t* colour = bytes_.data() + BitBytes(pixels);
+  uint8_t* pixel = image->values().data();
+  uint8_t* mark = counts->values().data();
+  for (size_t begin = 0; begin < pixels; begin += 8) {
     const uint8_t bits = bytes_[begin / 8];
     if (bits == 0) continue;
     if (bits == 0xff) {
-      std::memset(weight + begin, 255, 8);
+      std::memset(mark + begin, 255, 8);
       std::memcpy(pixel + 3 * begin, colour, 24);
       colour += 24;
       continue;
     }
-    for (size_t i = begin; i < std::min(begin + 8, texels); ++i) {
+    for (size_t i = begin; i < std::min(begin + 8, pixels); ++i) {
       if ((bits >> (i - begin) & 1) == 0) continue;
-      weight[i] = 255;
+      mark[i] = 255;
       std::memcpy(pixel + 3 * i, colour, 3);
       colour += 3;
     }
@@ -75,20 +74,20 @@ void PackedTexture::Unpack(int size, ImageU8* texture, ImageU8* seen) const {
   LIKENESS_CHECK(colour == bytes_.data() + bytes_.size());
 }
 
-TextureCache::TextureCache(int count, Make make, size_t memory_bytes, const std::filesystem::path& folder)
+ImageCache::ImageCache(int count, Make make, size_t memory_bytes, const std::filesystem::path& folder)
     : make_(std::move(make)),
       memory_bytes_(memory_bytes),
       folder_(folder),
       file_(folder.empty() ? -1 : OpenScratch(folder)),
       slots_(static_cast<size_t>(count)) {}
 
-TextureCache::~TextureCache() {
+ImageCache::~ImageCache() {
   if (file_ >= 0) close(file_);
 }
 
-std::shared_ptr<const PackedTexture> TextureCache::Get(int index) {
+std::shared_ptr<const PackedImage> ImageCache::Get(int index) {
   Slot& slot = slots_[static_cast<size_t>(index)];
-  std::shared_ptr<const PackedTexture> made;
+  std::shared_ptr<const PackedImage> made;
   std::call_once(slot.once, [&] {
     made = MakeOne(index);
     if (KeepInMemory(made->bytes().size())) {
@@ -102,12 +101,12 @@ std::shared_ptr<const PackedTexture> TextureCache::Get(int index) {
   return slot.offset >= 0 ? ReadBack(slot) : MakeOne(index);
 }
 
-std::shared_ptr<const PackedTexture> TextureCache::MakeOne(int index) {
+std::shared_ptr<const PackedImage> ImageCache::MakeOne(int index) {
   ++made_;
-  return std::make_shared<const PackedTexture>(make_(index));
+  return std::make_shared<const PackedImage>(make_(index));
 }
 
-bool TextureCache::KeepInMemory(size_t size) {
+bool ImageCache::KeepInMemory(size_t size) {
   size_t used = memory_used_;
   do {
     if (size > memory_bytes_ - used) return false;
@@ -115,7 +114,7 @@ bool TextureCache::KeepInMemory(size_t size) {
   return true;
 }
 
-bool TextureCache::KeepInFile(Slot* slot, const PackedTexture& packed) {
+bool ImageCache::KeepInFile(Slot* slot, const PackedImage& packed) {
   if (file_ < 0 || file_full_) return false;
   const std::vector<uint8_t>& bytes = packed.bytes();
   const int64_t offset = file_end_.fetch_add(static_cast<int64_t>(bytes.size()));
@@ -125,7 +124,7 @@ bool TextureCache::KeepInFile(Slot* slot, const PackedTexture& packed) {
     if (now <= 0) {
       const int reason = errno;
       if (!file_full_.exchange(true)) {
-        LogWarning("{}: the cache cannot grow: {}; further textures are read from the capture each time",
+        LogWarning("{}: the cache cannot grow: {}; further images are read from the capture each time",
                    folder_.string(), std::strerror(reason));
       }
       return false;
@@ -137,8 +136,8 @@ bool TextureCache::KeepInFile(Slot* slot, const PackedTexture& packed) {
   return true;
 }
 
-std::shared_ptr<const PackedTexture> TextureCache::ReadBack(const Slot& slot) const {
-  auto packed = std::make_shared<PackedTexture>();
+std::shared_ptr<const PackedImage> ImageCache::ReadBack(const Slot& slot) const {
+  auto packed = std::make_shared<PackedImage>();
   packed->bytes().resize(slot.size);
   for (size_t done = 0; done < slot.size;) {
     const ssize_t now =
