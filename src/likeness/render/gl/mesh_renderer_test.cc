@@ -228,29 +228,5 @@ TEST_F(GlMeshRendererTest, AStopDoublesTheLight) {
   EXPECT_NEAR(*Draw(PlainTexture(100), 1, style).at(15, 20), expected, 1);
 }
 
-TEST_F(GlMeshRendererTest, LinesRunAlongTheEdges) {
-  Aim(480, 640, 0);
-  MeshStyle style;
-  style.surface = MeshFill::kLines;
-  style.line_colour = {1, 1, 1};
-  const ImageU8 picture = Draw(PlainTexture(0), 1, style);
-  const auto pixel = [&](const Eigen::RowVector3f& point) {
-    const Eigen::Vector2d at = camera_.Project(world_from_head_ * point.transpose().cast<double>());
-    return Eigen::Vector2i(static_cast<int>(at.x()), static_cast<int>(at.y()));
-  };
-  int on_lines = 0, between = 0;
-  for (const Eigen::Vector3i& t : shell_.topology.triangles) {
-    const Eigen::RowVector3f a = shell_.vertices.row(t[0]), b = shell_.vertices.row(t[1]),
-                             c = shell_.vertices.row(t[2]);
-    const Eigen::Vector2i middle = pixel((a + b + c) / 3), edge = pixel((a + b) / 2);
-    between += *picture.at(middle.x(), middle.y()) == static_cast<int>(kBackground[0]);
-    bool near = false;  // a line is one pixel wide
-    for (int i = 0; i < 9; ++i) near |= *picture.at(edge.x() + i % 3 - 1, edge.y() + i / 3 - 1) == 255;
-    on_lines += near;
-  }
-  EXPECT_EQ(on_lines, static_cast<int>(shell_.topology.triangles.size()));
-  EXPECT_EQ(between, static_cast<int>(shell_.topology.triangles.size()));
-}
-
 }  // namespace
 }  // namespace likeness
