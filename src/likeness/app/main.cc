@@ -38,6 +38,9 @@ const std::vector<VerbEntry> kVerbs = {
     {"render", RunRender, "draws an avatar: pictures and videos"},
     {"drive", RunDrive, "turns a Live Link Face recording into a performance"},
     {"export", RunExport, "writes an avatar's frame or performance as glTF, OBJ or PLY"},
+#ifdef LIKENESS_VIEWER
+    {"view", RunView, "shows an avatar in a window"},
+#endif
     {"export-capture", RunExportCapture, "writes one frame of a capture for nerfstudio or COLMAP"},
     {"bench", RunBench, "measures the speed of one part"},
 };

@@ -19,6 +19,7 @@ int RunEvaluate(int argc, const char* const* argv);
 int RunRender(int argc, const char* const* argv);
 int RunDrive(int argc, const char* const* argv);
 int RunExport(int argc, const char* const* argv);
+int RunView(int argc, const char* const* argv);
 int RunBench(int argc, const char* const* argv);
 
 }  // namespace likeness
