@@ -38,6 +38,10 @@ CaptureSelection SelectionFlags::Selection() const {
 
 void AddSelectionFlags(Command* command, SelectionFlags* flags) {
   command->Option("cameras", &flags->cameras, "names, parted by commas; default: all");
+  AddFrameFlags(command, flags);
+}
+
+void AddFrameFlags(Command* command, SelectionFlags* flags) {
   command->Option("segments", &flags->segments, "names, or beginnings with a * behind, parted by commas; default: all");
   command->Option("frames", &flags->rest.frames, "numbers within each segment, FIRST-LAST; default: all");
   command->Option("every", &flags->rest.every, "of these, every n-th frame of a segment");

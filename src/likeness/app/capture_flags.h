@@ -23,5 +23,7 @@ struct SelectionFlags {
 
 // --cameras, --segments, --frames, --every, --count
 void AddSelectionFlags(Command* command, SelectionFlags* flags);
+// The same without --cameras.
+void AddFrameFlags(Command* command, SelectionFlags* flags);
 
 }  // namespace likeness

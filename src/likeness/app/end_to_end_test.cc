@@ -12,7 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "likeness/avatar/arkit_map.h"
 #include "likeness/avatar/avatar.h"
+#include "likeness/avatar/performance.h"
 #include "likeness/base/file.h"
 #include "likeness/base/testing.h"
 #include "likeness/capture/capture.h"
@@ -148,6 +150,22 @@ TEST_F(EndToEndTest, FromNothingToAnAvatar) {
   }
   EXPECT_GT(lit, face.width() * face.height() / 5);
 
+  ASSERT_EQ(Likeness("encode " + avatar + " " + capture + " " + Path("all.perf.safetensors") + " --quiet").status, 0);
+  const Performance performance = ReadPerformance(Path("all.perf.safetensors"));
+  EXPECT_EQ(performance.frame_count(), static_cast<int>(opened->frames().size()));
+
+  outcome = Likeness("fit-arkit " + avatar + " " + capture + " --json --quiet");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto fit = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(fit.at("held_out_segments").at("frames").get<size_t>(), opened->HeldOutFrames().size());
+  EXPECT_LT(fit.at("training").at("map_mm").get<double>(), fit.at("training").at("mean_face_mm").get<double>());
+  const SafetensorsFile file(fs::path(avatar) / "avatar.safetensors");
+  EXPECT_TRUE(ReadArkitMap(file, performance.latent));
+
+  outcome = Likeness("export " + avatar + " " + Path("all.glb") + " --performance " + Path("all.perf.safetensors"));
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("morph targets"));
+
   const Avatar loaded = LoadAvatar(fs::path(avatar) / "avatar.safetensors");
   EXPECT_EQ(loaded.architecture.texture_size, 128);
   EXPECT_EQ(loaded.codes.size(), opened->TrainingFrames().size());
@@ -182,8 +200,8 @@ TEST_F(EndToEndTest, MistakesAreSaidAndNothingIsLeftBehind) {
 }
 
 TEST_F(EndToEndTest, EveryVerbExplainsItself) {
-  for (const std::string verb :
-       {"simulate", "inspect", "unwrap", "train", "evaluate", "render", "bench unwrap", "bench train"}) {
+  for (const std::string verb : {"simulate", "inspect", "unwrap", "train", "evaluate", "render", "encode", "fit-arkit",
+                                 "drive", "export", "bench unwrap", "bench train"}) {
     SCOPED_TRACE(verb);
     const Outcome outcome = Likeness(verb + " --help");
     EXPECT_EQ(outcome.status, 0) << outcome.err;

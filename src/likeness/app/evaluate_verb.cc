@@ -7,6 +7,7 @@
 
 #include "likeness/app/avatar_file.h"
 #include "likeness/app/capture_flags.h"
+#include "likeness/app/capture_identity.h"
 #include "likeness/app/command.h"
 #include "likeness/app/shard_flag.h"
 #include "likeness/app/verbs.h"
@@ -22,7 +23,6 @@
 #include "likeness/train/frame_encoders.h"
 #include "likeness/train/model.h"
 #include "likeness/train/multiface_protocol.h"
-#include "likeness/train/options.h"
 #include "likeness/train/report.h"
 
 namespace likeness {
@@ -83,12 +83,6 @@ Command Describe(Arguments& a) {
   return command;
 }
 
-// The avatar's person of a capture; `name` may be empty.
-int IdentityOf(const Avatar& avatar, const std::string& name, const fs::path& capture) {
-  if (name.empty() && avatar.identities.size() == 1) return 0;
-  return FindIdentity(avatar, name.empty() ? PersonName(capture) : name);
-}
-
 // What cannot go together.
 void CheckCombination(const Arguments& a, const Shard& shard) {
   const bool files = !a.pictures.empty() || !a.report.empty() || !a.csv.empty() || !a.parts.empty();
@@ -137,7 +131,7 @@ int RunEvaluate(int argc, const char* const* argv) {
   const fs::path avatar_file = AvatarFile(a.avatar);
   const std::unique_ptr<AvatarModel> model = AvatarModel::Load(avatar_file, a.device);
   const std::unique_ptr<Capture> capture = OpenCapture(a.capture, a.capture_options);
-  const int identity = IdentityOf(model->avatar(), a.identity, a.capture);
+  const int identity = CaptureIdentity(model->avatar(), a.identity, a.capture);
   CheckHeldOut(model->avatar(), *capture, identity);
   const TextureSet textures(*capture, model->avatar().architecture.texture_size);
   // Read before the work starts, so that a wrong file is not found at its end.
@@ -154,7 +148,7 @@ int RunEvaluate(int argc, const char* const* argv) {
   } else {
     performer = OpenCapture(a.performer, a.capture_options);
     performer_textures.emplace(*performer, textures.size());
-    encode = PerformedFrames(*model, *performer_textures, IdentityOf(model->avatar(), "", a.performer), identity);
+    encode = PerformedFrames(*model, *performer_textures, CaptureIdentity(model->avatar(), "", a.performer), identity);
   }
   if (!a.video.path.empty()) {
     a.video.supersample = a.options.supersample;

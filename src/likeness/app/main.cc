@@ -34,6 +34,8 @@ const std::vector<VerbEntry> kVerbs = {
 #ifdef LIKENESS_TRAIN
     {"train", RunTrain, "trains an avatar on unwrapped textures"},
     {"evaluate", RunEvaluate, "compares an avatar with what it has not seen"},
+    {"encode", RunEncode, "turns frames of a capture into a performance: codes, head poses, times"},
+    {"fit-arkit", RunFitArkit, "fits a map from ARKit coefficients to an avatar's codes"},
 #endif
     {"render", RunRender, "draws an avatar: pictures and videos"},
     {"drive", RunDrive, "turns a Live Link Face recording into a performance"},

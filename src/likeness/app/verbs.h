@@ -17,6 +17,8 @@ int RunUnwrap(int argc, const char* const* argv);
 int RunTrain(int argc, const char* const* argv);
 int RunEvaluate(int argc, const char* const* argv);
 int RunRender(int argc, const char* const* argv);
+int RunEncode(int argc, const char* const* argv);
+int RunFitArkit(int argc, const char* const* argv);
 int RunDrive(int argc, const char* const* argv);
 int RunExport(int argc, const char* const* argv);
 int RunView(int argc, const char* const* argv);
