@@ -23,9 +23,11 @@ class TestScreen {
     std::array<int, 2> ends = {};
     if (pipe(ends.data()) != 0) return;
     std::string number_to = std::to_string(ends[1]);
-    std::string program = "Xvfb", display = "-displayfd", screen = "-screen", zero = "0", size = "1400x1000x24";
-    std::array<char*, 7> arguments = {program.data(), display.data(), number_to.data(), screen.data(),
-                                      zero.data(),    size.data(),    nullptr};
+    // It would begin anew, and refuse connections meanwhile, whenever its last client leaves.
+    std::string program = "Xvfb", display = "-displayfd", stay = "-noreset", screen = "-screen", zero = "0",
+                size = "1400x1000x24";
+    std::array<char*, 8> arguments = {program.data(), display.data(), number_to.data(), stay.data(),
+                                      screen.data(),  zero.data(),    size.data(),      nullptr};
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);

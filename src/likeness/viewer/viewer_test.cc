@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -45,11 +44,13 @@ int CountColours(const ImageU8& picture) {
   return static_cast<int>(colours.size());
 }
 
-// Share of the pixels that differ.
+// Share of the pixels that differ by more than the rounding of edges that come to lie a fraction of a pixel elsewhere.
 double ShareChanged(const ImageU8& a, const ImageU8& b) {
   int changed = 0;
   for (int i = 0; i < a.width() * a.height(); ++i) {
-    changed += !std::equal(a.values().data() + 3 * i, a.values().data() + 3 * i + 3, b.values().data() + 3 * i);
+    bool differs = false;
+    for (int c = 3 * i; c < 3 * i + 3; ++c) differs = differs || std::abs(a.values()[c] - b.values()[c]) > 3;
+    changed += differs;
   }
   return static_cast<double>(changed) / (a.width() * a.height());
 }
@@ -108,8 +109,8 @@ class ViewerTest : public testing::Test {
 
   ViewState& state() { return viewer_->state(); }
 
-  // Compares what an eye sees with the CPU's picture of the same texture, where no edge is near and the surface faces
-  // the eye, so that its texels are larger than a pixel.
+  // Compares what an eye sees with the CPU's picture of the same texture, where neighbours are on the same piece of it
+  // and at most a texel apart: OpenGL mixes smaller texels, the CPU's plain renderer does not.
   void ExpectAsOnCpu(const ImageU8& picture, size_t eye_index) {
     const EyeView eye = viewer_->FaceEyes()[eye_index];
     const DecodedViews& shown = viewer_->shown();
@@ -124,35 +125,34 @@ class ViewerTest : public testing::Test {
         DrawMesh(shown.vertices_in_head, topology, texture, eye.camera, HeadPose(state()), options).colour;
     const FragmentImage fragments =
         Rasterize(shown.vertices_in_head, topology.triangles, eye.camera, HeadPose(state()));
-    const auto faces_the_eye = [&](const Fragment& fragment) {
-      if (fragment.triangle < 0) return false;
-      const Eigen::Vector3i& t = topology.triangles[fragment.triangle];
-      const Eigen::RowVector3f a = shown.vertices_in_head.row(t[0]);
-      const Eigen::RowVector3f normal =
-          (shown.vertices_in_head.row(t[1]) - a).cross(shown.vertices_in_head.row(t[2]) - a).normalized();
-      return normal.dot((eye.camera.CentreInWorld().transpose().cast<float>() - a).normalized()) > 0.5f;
+    const auto texel_at = [&](const Fragment& f) -> Eigen::Vector2f {
+      const Eigen::Vector3i& corners = topology.triangle_uvs[f.triangle];
+      return static_cast<float>(size) * ((1 - f.b1 - f.b2) * topology.uvs[corners[0]] +
+                                         f.b1 * topology.uvs[corners[1]] + f.b2 * topology.uvs[corners[2]]);
     };
+    const auto is_plain = [&](int x, int y) {
+      if (fragments.at(x, y).triangle < 0) return false;
+      const Eigen::Vector2f here = texel_at(fragments.at(x, y));
+      for (int i = 0; i < 9; ++i) {
+        const Fragment& other = fragments.at(x + i % 3 - 1, y + i / 3 - 1);
+        if (other.triangle < 0 || (texel_at(other) - here).norm() > 1) return false;
+      }
+      return true;
+    };
+    const int left = static_cast<int>(viewer_->FaceBox().x) + eye.x;  // asks the window, which is slow
     int compared = 0, differing = 0;
     for (int y = 2; y + 2 < expected.height(); ++y) {
       for (int x = 2; x + 2 < expected.width(); ++x) {
-        bool inside = true;
-        float nearest = 1e9f, farthest = 0;
-        for (int i = 0; i < 9; ++i) {
-          const Fragment& fragment = fragments.at(x + i % 3 - 1, y + i / 3 - 1);
-          inside = inside && faces_the_eye(fragment);
-          nearest = std::min(nearest, fragment.depth_mm);
-          farthest = std::max(farthest, fragment.depth_mm);
-        }
-        if (!inside || farthest - nearest > 5) continue;
+        if (!is_plain(x, y)) continue;
         ++compared;
-        const uint8_t* ours = picture.at(static_cast<int>(viewer_->FaceBox().x) + eye.x + x, y);
+        const uint8_t* ours = picture.at(left + x, y);
         // 4 for sampling (render/gl/mesh_renderer_test.cc), 1 for samples of a pixel that two triangles share.
         for (int c = 0; c < 3; ++c) differing += std::abs(ours[c] - expected.at(x, y)[c]) > 5;
       }
     }
-    EXPECT_GT(compared, 5000);
-    // Where the atlas is cut, neighbours of a pixel see another part of it.
-    EXPECT_LT(differing, compared / 200);
+    EXPECT_GT(compared, 20000);
+    // Single pixels where a triangle hides another: eyelids, lips.
+    EXPECT_LE(differing, compared / 1000);
   }
 
   static TestScreen* screen_;
@@ -211,7 +211,7 @@ TEST_F(ViewerTest, TheMouseTurnsMovesAndZooms) {
 
 TEST_F(ViewerTest, KeysDoWhatTheHelpSays) {
   StartWithAvatar();
-  const ImageU8 plain = Settle();
+  const ImageU8 plain = Do("mousemove 990 10");  // over nothing that would light up
   const Box face = viewer_->FaceBox();
   const ImageU8 stereo = Do("key s");
   Keep("stereo", stereo);
@@ -234,7 +234,10 @@ TEST_F(ViewerTest, KeysDoWhatTheHelpSays) {
   Keep("help", help);
   EXPECT_TRUE(state().show_help);
   EXPECT_GT(ShareChanged(plain, help), 0.1);
-  EXPECT_EQ(ShareChanged(plain, Do("key Escape mousemove 990 10")), 0);  // all is as it was
+  const ImageU8 after = Do("key Escape mousemove 990 10");
+  Keep("plain", plain);
+  Keep("after", after);
+  EXPECT_EQ(ShareChanged(plain, after), 0);  // all is as it was
 
   Do("key v");
   EXPECT_FALSE(state().view_dependent);
@@ -309,10 +312,11 @@ TEST_F(ViewerTest, WelcomesAndOpensWhatIsTyped) {
   EXPECT_GT(ShareChanged(welcome, message), 0.02);
   Do("key Escape");
   EXPECT_EQ(state().message, "");
-  Do("mousemove 400 345 click 1");
+  Do("mousemove 400 360 click 1");
   Do("type --delay 1 " + AvatarFile().string());
-  Do("key Return");
-  Settle();
+  Keep("typed", Settle());
+  Do("keydown Return");  // Dear ImGui looks at keys once a frame
+  Do("keyup Return");
   ASSERT_NE(state().avatar, nullptr) << state().message;
   ExpectAsOnCpu(Settle(), 0);
   EXPECT_FALSE(state().show_help);  // letters that were typed are no keys
