@@ -79,11 +79,15 @@ class Evaluator {
                                      textures_->ReadMask(*task.frame, camera.name, unwrapped));
     }
     m.vertex_mm = MeanDistance(decoded.vertices_in_head, tracked.vertices_in_head, used_vertices_);
+    ImageU8 covered = *mask;
     for (size_t i = 0; i < mask->values().size(); ++i) {
       if (mask->values()[i] == 0) continue;
       ++m.head_pixels;
-      m.uncovered_pixels += ours.coverage.values()[i] < 128;
+      if (ours.coverage.values()[i] >= 128) continue;
+      ++m.uncovered_pixels;
+      covered.values()[i] = 0;
     }
+    m.covered = MaskedSquaredError(truth, ours.colour, covered);
     if (task.keep_picture) {
       m.picture = EvaluatedPicture{task.group, *task.frame,           camera.name,    truth, ours.colour,
                                    *mask,      ToU8(decoded.texture), m.error.Mean(), m.ssim};
@@ -106,9 +110,10 @@ class Evaluator {
 
 nlohmann::ordered_json JsonOf(const GroupResult& group) {
   nlohmann::ordered_json json;
-  for (const char* key : {"mse", "psnr_db", "ssim", "texture_mse", "vertex_mm"}) json[key] = nullptr;
+  for (const char* key : {"mse", "mse_covered", "psnr_db", "ssim", "texture_mse", "vertex_mm"}) json[key] = nullptr;
   if (group.images > 0) {
     json["mse"] = group.error.Mean();
+    if (group.covered.count > 0) json["mse_covered"] = group.covered.Mean();
     if (group.error.sum > 0) json["psnr_db"] = PsnrDb(group.error.Mean());
     json["ssim"] = group.ssim;
     if (group.texture.count > 0) json["texture_mse"] = group.texture.Mean();
@@ -189,6 +194,7 @@ EvaluationResult Summarise(const std::vector<EvaluationTask>& tasks, std::vector
     GroupResult& group = result.groups[g];
     ++group.images;
     group.error += (*measurements)[i].error;
+    group.covered += (*measurements)[i].covered;
     group.texture += (*measurements)[i].texture;
     group.ssim += (*measurements)[i].ssim;
     group.vertex_mm += (*measurements)[i].vertex_mm;
@@ -225,8 +231,8 @@ EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, co
 }
 
 std::string ToText(const EvaluationResult& result) {
-  std::string text = fmt::format("{:<18} {:>7} {:>9} {:>9} {:>7} {:>9} {:>10} {:>10}\n", "", "images", "MSE", "PSNR",
-                                 "SSIM", "texture", "vertices", "uncovered");
+  std::string text = fmt::format("{:<18} {:>7} {:>9} {:>9} {:>9} {:>7} {:>9} {:>10} {:>10}\n", "", "images", "MSE",
+                                 "covered", "PSNR", "SSIM", "texture", "vertices", "uncovered");
   int unmasked = 0;
   for (const GroupResult& group : result.groups) {
     unmasked += group.images_unmasked;
@@ -234,14 +240,16 @@ std::string ToText(const EvaluationResult& result) {
       text += fmt::format("{:<18} {:>7}\n", ToString(group.group), 0);
       continue;
     }
-    text += fmt::format("{:<18} {:>7} {:>9.2f} {:>6.2f} dB {:>7.4f} {:>9} {:>7.3f} mm {:>8.2f} %\n",
-                        ToString(group.group), group.images, group.error.Mean(), PsnrDb(group.error.Mean()), group.ssim,
+    text += fmt::format("{:<18} {:>7} {:>9.2f} {:>9} {:>6.2f} dB {:>7.4f} {:>9} {:>7.3f} mm {:>8.2f} %\n",
+                        ToString(group.group), group.images, group.error.Mean(),
+                        group.covered.count > 0 ? fmt::format("{:.2f}", group.covered.Mean()) : "-",
+                        PsnrDb(group.error.Mean()), group.ssim,
                         group.texture.count > 0 ? fmt::format("{:.2f}", group.texture.Mean()) : "-", group.vertex_mm,
                         100 * group.uncovered);
   }
   text +=
       "\nMSE, PSNR (of the group's MSE) and SSIM over head pixels; texture: MSE over seen texels; 0 ... 255 units; "
-      "uncovered head pixels count as black\n";
+      "uncovered head pixels count as black; covered: MSE without them\n";
   if (unmasked > 0) {
     text += fmt::format("{} images have no head mask: the tracked mesh's outline stood in for it\n", unmasked);
   }

@@ -40,6 +40,7 @@ struct GroupResult {
   EvaluationGroup group = EvaluationGroup::kTraining;
   int images = 0;
   SquaredError error;       // pooled over all head pixels and channels of the group's images
+  SquaredError covered;     // likewise over those that the avatar's mesh covers
   SquaredError texture;     // likewise over the texels that the camera sees, where the capture is unwrapped
   double ssim = 0;          // mean over images of the mean over head pixels
   double vertex_mm = 0;     // mean over images of the mean distance of vertices that belong to triangles
@@ -87,8 +88,8 @@ EvaluationResult Evaluate(const Capture& capture, const FrameEncoder& encode, co
                           const EvaluationOptions& options, const TextureSet* textures = nullptr);
 
 std::string ToText(const EvaluationResult& result);  // a table for a person
-// One object a group: "mse", "psnr_db", "ssim", "texture_mse", "vertex_mm", "images", "uncovered", "images_unmasked";
-// the first five are null where the group has no images, psnr_db also where the error is 0.
+// One object a group: "mse", "mse_covered", "psnr_db", "ssim", "texture_mse", "vertex_mm", "images", "uncovered",
+// "images_unmasked"; the first six are null where the group has no images, psnr_db also where the error is 0.
 std::string ToJson(const EvaluationResult& result);
 std::string ToCsv(const EvaluationResult& result);  // the same, a row a group
 

@@ -34,6 +34,7 @@ std::string PartText(const PartMeasurements& measurements) {
     const ImageMeasurement& m = *measurements[i];
     images.push_back({{"image", i},
                       {"squares", {m.error.sum, m.error.count}},
+                      {"covered_squares", {m.covered.sum, m.covered.count}},
                       {"texture_squares", {m.texture.sum, m.texture.count}},
                       {"ssim", m.ssim},
                       {"vertex_mm", m.vertex_mm},
@@ -56,6 +57,7 @@ PartMeasurements ParsePart(const std::filesystem::path& path_for_errors, std::st
     for (const nlohmann::json& image : root.at("images")) {
       ImageMeasurement m;
       m.error = Squares(image.at("squares"), kMost);
+      m.covered = Squares(image.at("covered_squares"), kMost);
       m.texture = Squares(image.at("texture_squares"), kMost);
       m.ssim = Number(image.at("ssim"));
       m.vertex_mm = Number(image.at("vertex_mm"));
@@ -63,7 +65,8 @@ PartMeasurements ParsePart(const std::filesystem::path& path_for_errors, std::st
       m.uncovered_pixels = Count(image.at("uncovered_pixels"), kMost);
       m.unmasked = image.at("unmasked").get<bool>();
       const int64_t index = Count(image.at("image"), count);
-      if (index == count || std::max({m.error.count, m.texture.count, m.head_pixels, m.uncovered_pixels}) == kMost) {
+      if (index == count ||
+          std::max({m.error.count, m.covered.count, m.texture.count, m.head_pixels, m.uncovered_pixels}) == kMost) {
         throw FileError(path_for_errors, "has numbers that this evaluation cannot have; remove it");
       }
       measurements[static_cast<size_t>(index)] = m;

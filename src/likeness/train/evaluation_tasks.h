@@ -20,6 +20,7 @@ struct EvaluationTask {
 
 struct ImageMeasurement {
   SquaredError error;
+  SquaredError covered;
   SquaredError texture;
   double ssim = 0;
   double vertex_mm = 0;
