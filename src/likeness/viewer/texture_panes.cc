@@ -20,7 +20,8 @@ bool BeginSquarePane(const char* name, const Box& face, float scale, int row, bo
 }
 
 ImTextureID IdOf(unsigned texture) {
-  return reinterpret_cast<ImTextureID>(static_cast<intptr_t>(texture));  // as Dear ImGui's OpenGL backend wants it
+  // As Dear ImGui's OpenGL backend wants it.
+  return reinterpret_cast<ImTextureID>(static_cast<intptr_t>(texture));  // NOLINT(performance-no-int-to-ptr)
 }
 
 ImVec2 SquareIn(ImVec2 size) {
