@@ -54,6 +54,12 @@ Polygon ClipToGuard(const Polygon& polygon, double near_mm) {
   return Clip(kept, {0, -1, kGuardPx}, 0);
 }
 
+// False for points that lie outside of the guard band after all, as those of a triangle of 1e30 mm: cutting it left
+// nothing but rounding.
+bool CanSnap(const Eigen::Vector3d& p) {
+  return p.z() > 0 && std::abs(p.x()) <= 2 * kGuardPx * p.z() && std::abs(p.y()) <= 2 * kGuardPx * p.z();
+}
+
 SnappedPoint Snap(const Eigen::Vector3d& p) {
   return {std::llround(p.x() / p.z() * kSubpixels), std::llround(p.y() / p.z() * kSubpixels)};
 }
@@ -119,6 +125,7 @@ bool SetUpTriangle(const ProjectedPoint& p0, const ProjectedPoint& p1, const Pro
     AddPiece(first.snapped, p1.snapped, last.snapped, screen, triangle);
   } else {
     polygon = ClipToGuard(polygon, screen.near_mm);
+    if (!std::all_of(polygon.points.begin(), polygon.points.begin() + polygon.size, CanSnap)) return false;
     for (int i = 2; i < polygon.size; ++i) {
       AddPiece(Snap(polygon.points[0]), Snap(polygon.points[i - 1]), Snap(polygon.points[i]), screen, triangle);
     }
