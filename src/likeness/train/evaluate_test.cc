@@ -212,7 +212,7 @@ TEST_F(UnwrappedEvaluateTest, TextureErrorIsOverSeenTexels) {
     EXPECT_NEAR(group.texture.Mean(), 36, 1e-9);
   }
   const std::string csv = ToCsv(result);
-  EXPECT_THAT(csv, testing::StartsWith("group,mse,psnr_db,ssim,texture_mse,vertex_mm,images,uncovered,"));
+  EXPECT_THAT(csv, testing::StartsWith("group,mse,mse_covered,psnr_db,ssim,texture_mse,vertex_mm,images,uncovered,"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 5);
 }
 
