@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "likeness/app/avatar_file.h"
 #include "likeness/app/capture_flags.h"
@@ -18,6 +17,7 @@
 #include "likeness/base/log.h"
 #include "likeness/capture/coefficient_table.h"
 #include "likeness/decode/decoder.h"
+#include "likeness/geometry/mesh_distance.h"
 #include "likeness/simulate/head.h"
 #include "likeness/train/encode_frames.h"
 
@@ -99,9 +99,9 @@ class Judge {
     errors.frames = part.frames.size();
     for (size_t i = 0; i < part.frames.size(); ++i) {
       const Vertices truth = capture_.ReadTracked(part.ids[i]).vertices_in_head;
-      errors.map += MeanDistanceMm(decode_(map.CodeOf(part.frames[i].coefficients)), truth, vertices_);
-      errors.encoder += MeanDistanceMm(decode_(part.frames[i].code), truth, vertices_);
-      errors.mean_face += MeanDistanceMm(mean_, truth, vertices_);
+      errors.map += MeanDistance(decode_(map.CodeOf(part.frames[i].coefficients)), truth, vertices_);
+      errors.encoder += MeanDistance(decode_(part.frames[i].code), truth, vertices_);
+      errors.mean_face += MeanDistance(mean_, truth, vertices_);
     }
     for (double* sum : {&errors.map, &errors.encoder, &errors.mean_face}) {
       *sum /= static_cast<double>(std::max<size_t>(1, errors.frames));
@@ -115,13 +115,6 @@ class Judge {
   const MeshDecoder& decode_;
   const std::vector<int>& vertices_;
 };
-
-// Vertices that belong to triangles.
-std::vector<int> UsedVertices(const MeshTopology& topology) {
-  std::set<int> used;
-  for (const Eigen::Vector3i& triangle : topology.triangles) used.insert(triangle.begin(), triangle.end());
-  return {used.begin(), used.end()};
-}
 
 nlohmann::ordered_json ToJson(const Errors& errors) {
   return {{"frames", errors.frames},
@@ -199,7 +192,7 @@ int RunFitArkit(int argc, const char* const* argv) {
     decoder->Decode(code, {}, {mesh.data()});
     return mesh;
   };
-  const std::vector<int> vertices = UsedVertices(capture->topology());
+  const std::vector<int> vertices = VerticesInTriangles(capture->topology());
   const ArkitFit fit = FitArkitMap({names.begin(), names.end()}, training.frames, decode, vertices, a.options);
   WriteWithArkitMap(a.out, SafetensorsFile(avatar_file), fit.map);
   const Judge judge(*capture, model->avatar().identities[static_cast<size_t>(identity)].vertex_mean, decode, vertices);

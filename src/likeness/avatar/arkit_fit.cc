@@ -7,6 +7,7 @@
 #include <map>
 
 #include "likeness/base/error.h"
+#include "likeness/geometry/mesh_distance.h"
 
 namespace likeness {
 namespace {
@@ -126,7 +127,7 @@ class Judge {
   double ErrorMm(const std::vector<ArkitMap>& maps) const {
     double sum = 0;
     for (const Scored& s : scored_) {
-      sum += MeanDistanceMm(decode_(maps[s.fold].CodeOf(s.coefficients)), s.mesh, vertices_);
+      sum += MeanDistance(decode_(maps[s.fold].CodeOf(s.coefficients)), s.mesh, vertices_);
     }
     return sum / static_cast<double>(scored_.size());
   }
@@ -157,12 +158,6 @@ std::vector<Ridge> RidgeOfEachFold(const std::vector<ArkitTerm>& terms, const st
 }
 
 }  // namespace
-
-double MeanDistanceMm(const Vertices& a, const Vertices& b, const std::vector<int>& vertices) {
-  double sum = 0;
-  for (const int i : vertices) sum += (a.row(i) - b.row(i)).cast<double>().norm();
-  return sum / static_cast<double>(vertices.size());
-}
 
 void ArkitFitOptions::Check() const {
   if (folds < 2) throw Error("cross-validation takes 2 folds or more, not {}", folds);

@@ -50,7 +50,4 @@ struct ArkitFit {
 ArkitFit FitArkitMap(const std::vector<std::string>& names, const std::vector<ArkitFrame>& frames,
                      const MeshDecoder& decode, const std::vector<int>& vertices, const ArkitFitOptions& options = {});
 
-// Mean distance of the listed vertices from `a` to `b`, mm.
-double MeanDistanceMm(const Vertices& a, const Vertices& b, const std::vector<int>& vertices);
-
 }  // namespace likeness

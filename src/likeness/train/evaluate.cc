@@ -13,26 +13,13 @@
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/progress.h"
+#include "likeness/geometry/mesh_distance.h"
 #include "likeness/image/resize.h"
 #include "likeness/render/rasterizer.h"
 #include "likeness/train/evaluation_tasks.h"
 
 namespace likeness {
 namespace {
-
-std::vector<int> VerticesInTriangles(const MeshTopology& topology) {
-  std::vector<int> used;
-  for (const Eigen::Vector3i& triangle : topology.triangles) used.insert(used.end(), triangle.begin(), triangle.end());
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  return used;
-}
-
-double MeanDistance(const Vertices& a, const Vertices& b, const std::vector<int>& vertices) {
-  double sum = 0;
-  for (const int i : vertices) sum += (a.row(i) - b.row(i)).cast<double>().norm();
-  return sum / static_cast<double>(vertices.size());
-}
 
 // 255 where at least half of a pixel counts.
 void Binarise(ImageU8* mask) {

@@ -3,9 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "likeness/base/error.h"
+#include "likeness/geometry/mesh_distance.h"
 
 namespace likeness {
 namespace {
@@ -68,8 +68,7 @@ void Normalise(AnimatedMesh* mesh) {
 }
 
 void MeasureErrors(const Performance& performance, const MeshDecoder& decode, AnimatedMesh* mesh) {
-  std::set<int> used;
-  for (const Eigen::Vector3i& triangle : mesh->topology.triangles) used.insert(triangle.begin(), triangle.end());
+  const std::vector<int> used = VerticesInTriangles(mesh->topology);
   double sum = 0;
   for (int frame = 0; frame < performance.frame_count(); ++frame) {
     const Vertices difference = mesh->At(frame) - decode(performance.Code(frame));
