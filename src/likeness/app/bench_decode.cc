@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/benches.h"
 #include "likeness/app/command.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/base/error.h"
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/kernels.h"

@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/benches.h"
 #include "likeness/app/command.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
 #include "likeness/base/random.h"

@@ -4,10 +4,10 @@
 
 #include <filesystem>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/command.h"
 #include "likeness/app/live_link_performance.h"
 #include "likeness/app/verbs.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/avatar/conditions.h"
 #include "likeness/base/file.h"
 

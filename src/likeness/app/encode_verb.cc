@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/capture_flags.h"
 #include "likeness/app/capture_identity.h"
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/base/file.h"
 #include "likeness/train/encode_frames.h"
 

@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/capture_flags.h"
 #include "likeness/app/capture_identity.h"
 #include "likeness/app/command.h"
 #include "likeness/app/shard_flag.h"
 #include "likeness/app/verbs.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/log.h"

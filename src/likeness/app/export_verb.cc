@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <numbers>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/avatar/avatar_id.h"
 #include "likeness/avatar/codes.h"
 #include "likeness/avatar/conditions.h"

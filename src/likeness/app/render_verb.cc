@@ -6,13 +6,13 @@
 #include <cstring>
 #include <filesystem>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/avatar_painter.h"
 #include "likeness/app/clip.h"
 #include "likeness/app/command.h"
 #include "likeness/app/picture_output.h"
 #include "likeness/app/shots.h"
 #include "likeness/app/verbs.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/base/interrupt.h"
@@ -142,9 +142,8 @@ void Check(const Arguments& a) {
       (!a.shot.camera.empty() || !a.clip.code.empty() || !a.clip.codes.empty() || !a.clip.segment.empty() ||
        !a.clip.performance.empty() || a.clip.turntable_s > 0 || a.shot.stereo != "off" || a.transparent)) {
     throw UsageError(
-        "--sheet draws frames of the avatar's own from --view; of the other options --identity, --condition, the size "
-        "and "
-        "--background go with it");
+        "--sheet draws frames of the avatar's own from --view; of the other options --identity, --condition, the "
+        "size and --background go with it");
   }
 }
 

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "likeness/app/avatar_file.h"
 #include "likeness/app/capture_flags.h"
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/base/interrupt.h"
 #include "likeness/base/launcher.h"
 #include "likeness/base/log.h"

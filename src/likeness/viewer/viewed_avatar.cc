@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "likeness/avatar/avatar.h"
+#include "likeness/avatar/avatar_file.h"
 #include "likeness/avatar/avatar_id.h"
 #include "likeness/avatar/codes.h"
 #include "likeness/avatar/conditions.h"
@@ -17,17 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kUvLayoutSize = 1024;  // px, enough to see single triangles in a pane
-
-fs::path AvatarFileAt(const fs::path& path) {
-  std::error_code ignored;
-  if (!fs::is_directory(path, ignored)) {
-    if (fs::exists(path, ignored)) return path;
-    throw FileError(path, "no such avatar; likeness train makes one");
-  }
-  const fs::path file = path / "avatar.safetensors";
-  if (fs::exists(file, ignored)) return file;
-  throw FileError(path, "holds no avatar.safetensors; has its training finished?");
-}
 
 std::vector<Clip> ClipsOf(const std::vector<const FrameCode*>& codes) {
   std::vector<Clip> clips;
@@ -71,7 +61,7 @@ ImageU8 DrawUvLayout(const MeshTopology& topology) {
 
 ViewedAvatar OpenAvatar(const fs::path& path, const std::string& person, int threads) {
   ViewedAvatar viewed;
-  viewed.file = AvatarFileAt(path);
+  viewed.file = AvatarFile(path);
   SafetensorsFile file = SafetensorsFile::Map(viewed.file);
   Avatar avatar = AvatarFrom(file);
   viewed.id = AvatarId(avatar);

@@ -18,8 +18,8 @@ struct AnimatedMesh {
   std::vector<Vertices> targets;  // [K], mm; mesh = rest + sum of weight x target
   std::vector<double> seconds;    // [F]
   std::vector<float> weights;     // [F, K], -1 ... 1
-  std::vector<RigidTransform>
-      first_from_head;  // [F], mm: relative to the first frame's pose, in which the head is upright
+  // [F], mm: poses relative to the first frame's, in which the head is upright.
+  std::vector<RigidTransform> first_from_head;
 
   // Of all frames' vertices that belong to triangles, against the decoded meshes, mm.
   double mean_error_mm = 0;

@@ -2,10 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "likeness/base/error.h"
+#include "likeness/geometry/mesh_corners.h"
 #include "likeness/image/image_io.h"
 
 namespace likeness {
@@ -78,7 +78,7 @@ class GlbWriter {
 };
 
 // Rows of `vertices` that the corners name, in metres.
-Vertices CornerPoints(const Vertices& vertices, const GltfCorners& corners) {
+Vertices CornerPoints(const Vertices& vertices, const MeshCorners& corners) {
   Vertices points(static_cast<Eigen::Index>(corners.vertices.size()), 3);
   for (size_t i = 0; i < corners.vertices.size(); ++i) {
     points.row(static_cast<Eigen::Index>(i)) = kMetresPerMm * vertices.row(corners.vertices[i]);
@@ -87,7 +87,7 @@ Vertices CornerPoints(const Vertices& vertices, const GltfCorners& corners) {
 }
 
 void AddMesh(const AnimatedMesh& mesh, GlbWriter* writer) {
-  const GltfCorners corners = CornersOf(mesh.topology);
+  const MeshCorners corners = CornersOf(mesh.topology);
   std::vector<float> uvs;
   for (const int uv : corners.uvs) {
     uvs.push_back(mesh.topology.uvs[uv].x());
@@ -153,23 +153,6 @@ void AddAnimation(const AnimatedMesh& mesh, GlbWriter* writer) {
 }
 
 }  // namespace
-
-GltfCorners CornersOf(const MeshTopology& topology) {
-  GltfCorners corners;
-  std::map<std::pair<int, int>, uint32_t> known;
-  for (size_t t = 0; t < topology.triangles.size(); ++t) {
-    for (int c = 0; c < 3; ++c) {
-      const std::pair<int, int> corner = {topology.triangles[t][c], topology.triangle_uvs[t][c]};
-      const auto [found, is_new] = known.emplace(corner, static_cast<uint32_t>(corners.vertices.size()));
-      if (is_new) {
-        corners.vertices.push_back(corner.first);
-        corners.uvs.push_back(corner.second);
-      }
-      corners.indices.push_back(found->second);
-    }
-  }
-  return corners;
-}
 
 std::string GlbBytes(const AnimatedMesh& mesh, const ImageU8& texture) {
   LIKENESS_CHECK(!mesh.topology.triangles.empty() && texture.channels() == 3);

@@ -14,16 +14,8 @@
 namespace likeness {
 
 // The whole file. Vertices on a seam of the texture appear once for each of their texture coordinates, in the order of
-// GltfCorners.
+// MeshCorners.
 //   texture  RGB, row 0 is v = 1
 std::string GlbBytes(const AnimatedMesh& mesh, const ImageU8& texture);
-
-// The vertices of the file: which of the mesh's each is, and with which texture coordinate.
-struct GltfCorners {
-  std::vector<int> vertices;
-  std::vector<int> uvs;
-  std::vector<uint32_t> indices;  // three a triangle, into the two above
-};
-GltfCorners CornersOf(const MeshTopology& topology);
 
 }  // namespace likeness

@@ -11,6 +11,7 @@
 
 #include "likeness/base/random.h"
 #include "likeness/base/testing.h"
+#include "likeness/geometry/mesh_corners.h"
 #include "likeness/image/image_io.h"
 
 namespace likeness {
@@ -134,7 +135,7 @@ class Player {
 
 // The largest distance between the file's vertices and the posed mesh, mm.
 double Distance(const Eigen::MatrixX3f& in_metres, const Vertices& mesh, const RigidTransform& pose) {
-  const GltfCorners corners = CornersOf(Topology());
+  const MeshCorners corners = CornersOf(Topology());
   EXPECT_EQ(in_metres.rows(), static_cast<Eigen::Index>(corners.vertices.size()));
   double most = 0;
   for (size_t i = 0; i < corners.vertices.size(); ++i) {
@@ -172,7 +173,7 @@ TEST(GlbTest, HasTextureAndSeams) {
   // Five corners: the first vertex has two texture coordinates. v runs down.
   EXPECT_THAT(player.Values(primitive.attributes.at("TEXCOORD_0")),
               testing::ElementsAre(0, 1, 1, 1, 0, 0, 0.5f, 0.75f, 1, 0));
-  const GltfCorners corners = CornersOf(Topology());
+  const MeshCorners corners = CornersOf(Topology());
   EXPECT_THAT(corners.vertices, testing::ElementsAre(0, 1, 2, 0, 3));
   EXPECT_THAT(corners.indices, testing::ElementsAre(0, 1, 2, 3, 2, 4));
   const std::vector<unsigned char>& png = player.model.images.at(0).image;

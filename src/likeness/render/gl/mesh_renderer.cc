@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <map>
 #include <utility>
 
 #include "likeness/base/error.h"
+#include "likeness/geometry/mesh_corners.h"
 #include "likeness/render/rasterizer.h"
 
 namespace likeness {
@@ -68,23 +68,11 @@ GlMeshRenderer::GlMeshRenderer(const GlFunctions& gl)
       array_(MakeVertexArray(gl)) {}
 
 void GlMeshRenderer::SetTopology(const MeshTopology& topology) {
-  // A vertex on a seam has several uvs; OpenGL wants one vertex for each.
-  std::map<std::pair<int, int>, GLuint> corners;
-  std::vector<GLuint> indices;
+  MeshCorners corners = CornersOf(topology);
   std::vector<float> uvs;
-  corner_vertices_.clear();
-  for (size_t t = 0; t < topology.triangles.size(); ++t) {
-    for (int i = 0; i < 3; ++i) {
-      const std::pair<int, int> corner = {topology.triangles[t][i], topology.triangle_uvs[t][i]};
-      const auto [found, is_new] = corners.try_emplace(corner, static_cast<GLuint>(corner_vertices_.size()));
-      if (is_new) {
-        corner_vertices_.push_back(corner.first);
-        const Eigen::Vector2f& uv = topology.uvs[static_cast<size_t>(corner.second)];
-        uvs.insert(uvs.end(), {uv.x(), uv.y()});
-      }
-      indices.push_back(found->second);
-    }
-  }
+  for (const int uv : corners.uvs) uvs.insert(uvs.end(), topology.uvs[uv].begin(), topology.uvs[uv].end());
+  const std::vector<GLuint>& indices = corners.indices;
+  corner_vertices_ = std::move(corners.vertices);
   index_count_ = static_cast<int>(indices.size());
   gathered_.resize(3 * corner_vertices_.size());
   const auto bytes = [](const auto& values) { return static_cast<GLsizeiptr>(values.size() * sizeof(values[0])); };

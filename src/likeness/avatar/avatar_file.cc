@@ -1,4 +1,4 @@
-#include "likeness/app/avatar_file.h"
+#include "likeness/avatar/avatar_file.h"
 
 #include "likeness/base/error.h"
 
