@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "likeness/app/bench_decode.h"
 #include "likeness/app/benches.h"
 #include "likeness/app/command.h"
 #include "likeness/avatar/avatar_file.h"
@@ -43,11 +44,6 @@ struct Arguments {
   bool anti_alias = false;
   bool json = false;
 };
-
-double Quantile(std::vector<double> values, double q) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())))];
-}
 
 // Random weights in the Multiface preset, which move the vertices of a procedural head by a tenth of a millimetre.
 Avatar RandomHead(int texture_size) {

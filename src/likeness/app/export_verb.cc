@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "likeness/app/command.h"
 #include "likeness/app/verbs.h"
@@ -118,15 +116,10 @@ std::vector<float> MeanCodeOf(const Performance& performance) {
 ImageU8 BakeTexture(Decoder* decoder, std::span<const float> code, const std::string& view) {
   double azimuth = 0, elevation = 0;
   ParseView(view, &azimuth, &elevation);
-  azimuth *= std::numbers::pi / 180;
-  elevation *= std::numbers::pi / 180;
+  const Eigen::Vector3f direction = ViewDirection(azimuth, elevation).cast<float>();
   const int size = decoder->architecture().texture_size;
   ImageU8 pixels(size, size, 4);
-  const Decoder::View looking{
-      {static_cast<float>(std::sin(azimuth) * std::cos(elevation)), static_cast<float>(std::sin(elevation)),
-       static_cast<float>(std::cos(azimuth) * std::cos(elevation))},
-      pixels.values().data(),
-      int64_t{4} * size};
+  const Decoder::View looking{{direction.x(), direction.y(), direction.z()}, pixels.values().data(), int64_t{4} * size};
   decoder->Decode(code, {&looking, 1}, {});
   ImageU8 texture(size, size, 3);
   for (size_t i = 0; i < texture.values().size() / 3; ++i) {

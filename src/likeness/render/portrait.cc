@@ -15,6 +15,11 @@ constexpr double kMostElevationDeg = 89;
 
 }  // namespace
 
+Eigen::Vector3d ViewDirection(double azimuth_deg, double elevation_deg) {
+  const double azimuth = azimuth_deg * M_PI / 180, elevation = elevation_deg * M_PI / 180;
+  return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation), std::cos(azimuth) * std::cos(elevation)};
+}
+
 void PortraitOptions::Check() const {
   if (!std::isfinite(azimuth_deg)) throw Error("the azimuth is no finite number");
   if (!(std::abs(elevation_deg) <= kMostElevationDeg)) {
@@ -43,9 +48,7 @@ Camera PortraitCamera(const Vertices& vertices_in_head, const MeshTopology& topo
     high = high.max(point.array());
   });
   const Eigen::Vector3d middle = (low + high).matrix() / 2;
-  const double azimuth = options.azimuth_deg * M_PI / 180, elevation = options.elevation_deg * M_PI / 180;
-  const Eigen::Vector3d direction(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                                  std::cos(azimuth) * std::cos(elevation));
+  const Eigen::Vector3d direction = ViewDirection(options.azimuth_deg, options.elevation_deg);
   Camera camera = LookAt(middle + options.distance_mm * direction, middle, Eigen::Vector3d::UnitY(), 1, options.width,
                          options.height);
   camera.name = "portrait";

@@ -2,12 +2,17 @@
 
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 
 #include "likeness/geometry/camera.h"
 #include "likeness/geometry/mesh.h"
 
 namespace likeness {
+
+// The unit vector in head space towards a viewer at these angles: 0 and 0 is +z, the front; a positive azimuth is
+// towards the subject's left (+x), a positive elevation upwards (+y).
+Eigen::Vector3d ViewDirection(double azimuth_deg, double elevation_deg);
 
 struct PortraitOptions {
   double azimuth_deg = 0;     // towards the subject's left; 0 is the front

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "likeness/base/error.h"
+#include "likeness/render/portrait.h"
+#include "likeness/render/stereo.h"
 
 namespace likeness {
 namespace {
@@ -35,9 +37,7 @@ void Orbit::Zoom(double steps) {
 }
 
 Camera Orbit::CameraFor(int width, int height) const {
-  const double azimuth = azimuth_deg * kRadians, elevation = elevation_deg * kRadians;
-  const Eigen::Vector3d direction(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                                  std::cos(azimuth) * std::cos(elevation));
+  const Eigen::Vector3d direction = ViewDirection(azimuth_deg, elevation_deg);
   return LookAt(target_in_head + distance_mm * direction, target_in_head, Eigen::Vector3d::UnitY(), FocalPx(height),
                 width, height);
 }
@@ -65,11 +65,8 @@ std::vector<EyeView> EyesOf(const Orbit& orbit, int width, int height, bool ster
   std::vector<EyeView> eyes;
   for (const double side : {-0.5, 0.5}) {
     const int x = side < 0 ? 0 : width / 2;
-    EyeView eye = {orbit.CameraFor(side < 0 ? width / 2 : width - width / 2, height), x};
-    const double right_mm = side * eye_distance_mm;
-    eye.camera.cam_from_world.translation.x() -= right_mm;
-    eye.camera.intrinsics(0, 2) += eye.camera.intrinsics(0, 0) * right_mm / orbit.distance_mm;
-    eyes.push_back(eye);
+    const Camera middle = orbit.CameraFor(side < 0 ? width / 2 : width - width / 2, height);
+    eyes.push_back({EyeCamera(middle, side * eye_distance_mm, orbit.distance_mm), x});
   }
   return eyes;
 }

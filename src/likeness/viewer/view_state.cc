@@ -9,19 +9,13 @@
 #include "likeness/base/error.h"
 #include "likeness/base/random.h"
 #include "likeness/base/text.h"
+#include "likeness/render/portrait.h"
 
 namespace likeness {
 namespace {
 
 // Random faces keep within what training has seen, or they look like nobody.
 constexpr double kMostRandomDeviations = 2;
-
-Eigen::Vector3f FixedView(const ViewState& state) {
-  const double azimuth = state.fixed_azimuth_deg * M_PI / 180, elevation = state.fixed_elevation_deg * M_PI / 180;
-  return Eigen::Vector3d(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                         std::cos(azimuth) * std::cos(elevation))
-      .cast<float>();
-}
 
 }  // namespace
 
@@ -133,7 +127,8 @@ DecodeRequest RequestFor(const ViewState& state, const std::vector<EyeView>& eye
     const RigidTransform head = HeadPose(state);
     for (const EyeView& eye : eyes) request.views_in_head.push_back(ViewVector(eye.camera, head).cast<float>());
   } else {
-    request.views_in_head.push_back(FixedView(state));  // one texture for both eyes
+    request.views_in_head.push_back(  // one texture for both eyes
+        ViewDirection(state.fixed_azimuth_deg, state.fixed_elevation_deg).cast<float>());
   }
   return request;
 }
