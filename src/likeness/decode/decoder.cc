@@ -76,33 +76,50 @@ Decoder::Decoder(SafetensorsFile file, const DecoderOptions& options) {
 
 void Decoder::ChoosePlan(const DecoderNetwork& network, const DecoderOptions& options) {
   const int threads = team_->threads();
-  if (options.kernel != "auto") {
+  if (options.kernel != "auto" && !FindKernel(options.kernel).fixed_point) {
     plan_ = std::make_unique<Plan>(network, FindKernel(options.kernel), threads);
     return;
   }
-  // Those that can represent the avatar, down to the first in full precision.
-  std::vector<std::unique_ptr<Plan>> plans;
+  // The fastest one in full precision that can represent the avatar, and those that are faster.
+  std::vector<const Kernel*> faster;
   for (const Kernel* kernel : AvailableKernels()) {
+    if (!kernel->full_precision) {
+      if (plan_ == nullptr) faster.push_back(kernel);
+      continue;
+    }
     try {
-      plans.push_back(std::make_unique<Plan>(network, *kernel, threads));
+      plan_ = std::make_unique<Plan>(network, *kernel, threads);
+      break;
     } catch (const Error&) {
       continue;  // the next one: the plainest represents everything
     }
-    if (kernel->full_precision) break;
   }
-  LIKENESS_CHECK(!plans.empty());
-  if (plans.size() > 1) {
-    const Sample truth = SampleOf(*plans.back(), *team_, network);
-    for (size_t i = 0; i + 1 < plans.size(); ++i) {
-      const KernelAccuracy accuracy = Compare(SampleOf(*plans[i], *team_, network), truth);
+  LIKENESS_CHECK(plan_ != nullptr);
+  if (options.kernel != "auto") faster = {&FindKernel(options.kernel)};
+  if (faster.empty()) return;
+  plan_->MeasureRanges();
+  const Sample truth = SampleOf(*plan_, *team_, network);
+  const std::vector<float> ranges = plan_->TakeRanges();
+  const auto plan_with = [&](const Kernel& kernel) {
+    return std::make_unique<Plan>(network, kernel, threads, kernel.fixed_point ? ranges : std::vector<float>());
+  };
+  if (options.kernel != "auto") {
+    plan_ = plan_with(*faster[0]);
+    return;
+  }
+  for (const Kernel* kernel : faster) {
+    try {
+      std::unique_ptr<Plan> plan = plan_with(*kernel);
+      const KernelAccuracy accuracy = Compare(SampleOf(*plan, *team_, network), truth);
       if (!accuracy.Suffices()) continue;
       accuracy_ = accuracy;
       checked_ = true;
-      plan_ = std::move(plans[i]);
+      plan_ = std::move(plan);
       return;
+    } catch (const Error&) {
+      continue;
     }
   }
-  plan_ = std::move(plans.back());
 }
 
 void Decoder::Decode(std::span<const float> code, std::span<const View> views, const Mesh& mesh, PixelFormat format) {

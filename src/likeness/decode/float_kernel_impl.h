@@ -16,7 +16,7 @@ int64_t WeightBytes(const PackedConvolution& layer) {
 }
 
 // [panel][row][k][column]
-void PackWeights(const float* weights, const PackedConvolution& layer, void* packed) {
+bool PackWeights(const float* weights, const PackedConvolution& layer, void* packed) {
   const int panel = PanelVectors(layer.columns) * kLanes;
   const int64_t values = static_cast<int64_t>(layer.in_rows) * layer.depth;
   float* to = static_cast<float*>(packed);
@@ -25,6 +25,7 @@ void PackWeights(const float* weights, const PackedConvolution& layer, void* pac
       for (int i = 0; i < panel; ++i) *to++ = weights[k * layer.columns + n + i];
     }
   }
+  return true;
 }
 
 // One tile: kRows x (kVectors x kLanes) sums, kept in registers.
@@ -89,7 +90,9 @@ void Block(const BlockJob& job, float* sums) {
   Multiply(job.in, *job.layer, job.first_column, job.columns, 0, job.count, sums);
 }
 
-void Finish(const float* sums, const void* bias, const float* add, float slope, int count, void* features) {
+void Finish(const PackedConvolution& layer, const float* sums, const void* bias, const float* add, int count,
+            void* features) {
+  const float slope = layer.slope;
   float* const to = static_cast<float*>(features);
   const Half* const b = static_cast<const Half*>(bias);
   for (int i = 0; i < count; i += kLanes) {
@@ -130,7 +133,7 @@ void Rows(const RowJob& job, void* scratch) {
   }
 }
 
-void StoreFeatures(const float* values, int count, void* features) {
+void StoreFeatures(const float* values, int count, float, void* features) {
   for (int i = 0; i < count; i += kLanes) Store(static_cast<float*>(features) + i, Load(values + i));
 }
 

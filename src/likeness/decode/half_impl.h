@@ -6,6 +6,8 @@
 #include <immintrin.h>
 #include <stdint.h>
 
+#include "likeness/decode/kernel.h"
+
 namespace likeness {
 namespace {
 
@@ -25,7 +27,9 @@ inline bool PackHalves(const float* values, int64_t count, float most, void* pac
 }
 
 // Features are a few units large, colours up to 255: of what is larger, half precision would lose too much.
-inline bool PackBias(const float* values, int count, void* packed) { return PackHalves(values, count, 64, packed); }
+inline bool PackHalfBias(const PackedConvolution&, const float* values, int count, void* packed) {
+  return PackHalves(values, count, 64, packed);
+}
 inline bool PackColours(const float* values, int count, void* packed) {
   return PackHalves(values, count, 1024, packed);
 }

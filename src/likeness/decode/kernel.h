@@ -35,6 +35,8 @@ struct PackedConvolution {
   int count = 0;     // result rows a row of the image
   float slope = 1;
   bool colours = false;  // the last layer
+  // Features that fixed_point kernels can represent, of the input and of the output, are within +- these.
+  float in_range = 1, out_range = 1;
   const void* weights = nullptr;
 };
 
@@ -84,6 +86,7 @@ struct DenseJob {
 struct Kernel {
   const char* name;
   bool full_precision;  // float32 features and weights; otherwise its accuracy is checked for every avatar
+  bool fixed_point;     // features are integers: their ranges are measured on the avatar's own codes
   int element_bytes;    // of features
   int bias_bytes;
   int dense_bytes;  // of dense layers' weights
@@ -94,24 +97,25 @@ struct Kernel {
   unsigned (*enter)();
   void (*leave)(unsigned mode);
 
-  // weights [in_rows][depth][columns] -> packed; as many bytes as weight_bytes says.
+  // weights [in_rows][depth][columns] -> packed; as many bytes as weight_bytes says. These `pack` functions return
+  // false where a value cannot be represented.
   int64_t (*weight_bytes)(const PackedConvolution& layer);
-  void (*pack_weights)(const float* weights, const PackedConvolution& layer, void* packed);
-  // False where a value cannot be represented.
-  bool (*pack_bias)(const float* values, int count, void* packed);
+  bool (*pack_weights)(const float* weights, const PackedConvolution& layer, void* packed);
+  bool (*pack_bias)(const PackedConvolution& layer, const float* values, int count, void* packed);
   // rows[r] are values of the two (one) output rows, 4 channels, from the job's first result row on, `count` result
   // rows of them and kRowSlack more.
   int64_t (*pixel_bias_bytes)(const PackedConvolution& layer);
   bool (*pack_pixel_bias)(const float* const* rows, const PackedConvolution& layer, void* packed);
   bool (*pack_dense)(const float* values, int64_t count, void* packed);
 
-  void (*store)(const float* values, int count, void* features);
+  void (*store)(const float* values, int count, float range, void* features);
 
   void (*rows)(const RowJob& job, void* scratch);
   void (*pixels)(const PixelJob& job, void* scratch);
   void (*block)(const BlockJob& job, float* sums);  // sums [count + kRowSlack][columns]
-  // features = act(sums + bias) + add
-  void (*finish)(const float* sums, const void* bias, const float* add, float slope, int count, void* features);
+  // features = act(sums + bias) + add, of `count` columns of one result row
+  void (*finish)(const PackedConvolution& layer, const float* sums, const void* bias, const float* add, int count,
+                 void* features);
   void (*dense)(const DenseJob& job);
   // values [count][4] from 0 to 255 -> pixels
   void (*convert)(const float* values, int count, PixelFormat format, void* pixels);

@@ -68,7 +68,7 @@ int64_t TileWeightBytes(const PackedConvolution& layer) {
 }
 
 // [column tile or pair of them][row][k tile][1 or 2][k / 2][column][2]
-void PackTiles(const float* weights, const PackedConvolution& layer, void* packed) {
+bool PackTiles(const float* weights, const PackedConvolution& layer, void* packed) {
   uint16_t* to = static_cast<uint16_t*>(packed);
   const int tiles = Paired(layer) ? 2 : 1;
   const float scale = kUncut * (layer.colours && layer.out_rows == 2 ? kPixelSteps : 1.0f);
@@ -85,11 +85,12 @@ void PackTiles(const float* weights, const PackedConvolution& layer, void* packe
       }
     }
   }
+  return true;
 }
 
 // The odd one of a pair is read with the even one's bits below its own, so it is the value that comes nearest with
 // them.
-bool PackTileBias(const float* values, int count, void* packed) {
+bool PackTileBias(const PackedConvolution&, const float* values, int count, void* packed) {
   uint16_t* const to = static_cast<uint16_t*>(packed);
   for (int i = 0; i < count; ++i) {
     to[i] = ToBf16(values[i]);
@@ -189,8 +190,9 @@ void Block(const BlockJob& job, float* sums) {
   Multiply(job.in, *job.layer, job.first_column, job.columns, 0, job.count, sums);
 }
 
-void Finish(const float* sums, const void* bias, const float* add, float slope, int count, void* features) {
-  const __m512 slopes = _mm512_set1_ps(slope);
+void Finish(const PackedConvolution& layer, const float* sums, const void* bias, const float* add, int count,
+            void* features) {
+  const __m512 slopes = _mm512_set1_ps(layer.slope);
   for (int i = 0; i < count; i += 2 * kSide) {
     __m512 added[2];
     if (add != nullptr) LoadAdd(add + i, added);
@@ -213,7 +215,7 @@ void SameRows(const RowJob& job, void* scratch) {
     for (int i = 0; i < count; ++i) {
       const int64_t from = static_cast<int64_t>(i) * layer.columns;
       if (Paired(layer)) {
-        Finish(sums + from, bias + from, job.add, layer.slope, layer.columns, to + from);
+        Finish(layer, sums + from, bias + from, job.add, layer.columns, to + from);
       } else {
         for (int n = 0; n < layer.columns; n += kSide) {
           FinishSixteen(sums + from + n, bias + from + n, job.add != nullptr ? job.add + n : nullptr, slope,
@@ -553,7 +555,7 @@ void TilePixels(const PixelJob& job, void* scratch) {
   RunUpPixels<false>(job, scratch);
 }
 
-void StoreFeatures(const float* values, int count, void* features) {
+void StoreFeatures(const float* values, int count, float, void* features) {
   uint16_t* const to = static_cast<uint16_t*>(features);
   for (int i = 0; i < count; ++i) to[i] = static_cast<uint16_t>(__builtin_bit_cast(uint32_t, values[i]) >> 16);
 }
@@ -561,26 +563,29 @@ void StoreFeatures(const float* values, int count, void* features) {
 }  // namespace
 
 extern const Kernel kKernel_amx;
-const Kernel kKernel_amx = {"amx",
-                            false,
-                            2,
-                            2,
-                            2,
-                            Available,
-                            EnterTiles,
-                            LeaveTiles,
-                            TileWeightBytes,
-                            PackTiles,
-                            PackTileBias,
-                            TilePixelBiasBytes,
-                            PackTilePixelBias,
-                            PackDense,
-                            StoreFeatures,
-                            Rows,
-                            TilePixels,
-                            Block,
-                            Finish,
-                            Dense,
-                            Convert};
+const Kernel kKernel_amx = {
+    .name = "amx",
+    .full_precision = false,
+    .fixed_point = false,
+    .element_bytes = 2,
+    .bias_bytes = 2,
+    .dense_bytes = 2,
+    .available = Available,
+    .enter = EnterTiles,
+    .leave = LeaveTiles,
+    .weight_bytes = TileWeightBytes,
+    .pack_weights = PackTiles,
+    .pack_bias = PackTileBias,
+    .pixel_bias_bytes = TilePixelBiasBytes,
+    .pack_pixel_bias = PackTilePixelBias,
+    .pack_dense = PackDense,
+    .store = StoreFeatures,
+    .rows = Rows,
+    .pixels = TilePixels,
+    .block = Block,
+    .finish = Finish,
+    .dense = Dense,
+    .convert = Convert,
+};
 
 }  // namespace likeness

@@ -16,12 +16,14 @@ inline void AddEight(const float* sums, const Half* bias, float* to) {
   for (int i = 0; i < 8; ++i) to[i] = sums[i] + bias[i];
 }
 
-bool PackBias(const float* values, int count, void* packed) {
+bool PackColours(const float* values, int count, void* packed) {
   for (int i = 0; i < count; ++i) static_cast<Half*>(packed)[i] = values[i];
   return true;
 }
 
-bool PackColours(const float* values, int count, void* packed) { return PackBias(values, count, packed); }
+bool PackBias(const PackedConvolution&, const float* values, int count, void* packed) {
+  return PackColours(values, count, packed);
+}
 
 bool PackDense(const float* values, int64_t count, void* packed) {
   for (int64_t i = 0; i < count; ++i) static_cast<Half*>(packed)[i] = values[i];
@@ -58,26 +60,29 @@ void Leave(unsigned) {}
 }  // namespace
 
 extern const Kernel kKernel_portable;
-const Kernel kKernel_portable = {"portable",
-                                 true,
-                                 4,
-                                 4,
-                                 4,
-                                 Available,
-                                 Enter,
-                                 Leave,
-                                 WeightBytes,
-                                 PackWeights,
-                                 PackBias,
-                                 PixelBiasBytes,
-                                 PackPixelBias,
-                                 PackDense,
-                                 StoreFeatures,
-                                 Rows,
-                                 Pixels,
-                                 Block,
-                                 Finish,
-                                 Dense,
-                                 Convert};
+const Kernel kKernel_portable = {
+    .name = "portable",
+    .full_precision = true,
+    .fixed_point = false,
+    .element_bytes = 4,
+    .bias_bytes = 4,
+    .dense_bytes = 4,
+    .available = Available,
+    .enter = Enter,
+    .leave = Leave,
+    .weight_bytes = WeightBytes,
+    .pack_weights = PackWeights,
+    .pack_bias = PackBias,
+    .pixel_bias_bytes = PixelBiasBytes,
+    .pack_pixel_bias = PackPixelBias,
+    .pack_dense = PackDense,
+    .store = StoreFeatures,
+    .rows = Rows,
+    .pixels = Pixels,
+    .block = Block,
+    .finish = Finish,
+    .dense = Dense,
+    .convert = Convert,
+};
 
 }  // namespace likeness

@@ -10,7 +10,9 @@ namespace likeness {
 
 #if defined(__x86_64__)
 extern const Kernel kKernel_amx;
+extern const Kernel kKernel_avx512_vnni;
 extern const Kernel kKernel_avx512;
+extern const Kernel kKernel_avx2_int16;
 extern const Kernel kKernel_avx2;
 #endif
 extern const Kernel kKernel_portable;
@@ -19,7 +21,9 @@ const std::vector<const Kernel*>& AllKernels() {
   static const std::vector<const Kernel*> all = {
 #if defined(__x86_64__)
     &kKernel_amx,
+    &kKernel_avx512_vnni,
     &kKernel_avx512,
+    &kKernel_avx2_int16,
     &kKernel_avx2,
 #endif
     &kKernel_portable

@@ -47,7 +47,7 @@ typedef void (*likeness_parallel)(void* pool, int32_t count, void (*body)(void* 
 typedef struct likeness_options {
   uint32_t size;      /* sizeof(likeness_options) */
   int32_t threads;    /* 0: as many as there are cores, up to 8 */
-  const char* kernel; /* NULL or "auto": the fastest accurate one; "amx", "avx512", "avx2", "portable" */
+  const char* kernel; /* NULL or "auto": the fastest accurate one; see docs/run-time-library.md */
   int32_t pin;        /* not 0: own threads each stay on one core */
   float spin_ms;      /* own threads wait so long for the next frame before they sleep */
   float gain[3];      /* shown colour = gain x colour + offset, colours from 0 to 255 */

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 
 #include "likeness/base/error.h"
@@ -21,6 +22,8 @@ constexpr int kRingLines = 4;
 constexpr int kMostBlockSize = 8;   // texels a side of inputs that are worked on as a whole, split by columns
 constexpr int kMostSplitSize = 32;  // of those whose rows are split over threads with a wait after the layer
 constexpr int64_t kAlignment = 64;
+constexpr float kRangeMargin = 2;  // other codes and views may give larger features than those that were measured
+constexpr float kLeastRange = 1e-6f;
 constexpr int64_t kMargin = 1 << 15;  // bytes: more than a texel of features before a line
 
 int RoundUp(int value, int step) { return (value + step - 1) / step * step; }
@@ -32,7 +35,7 @@ int64_t RoundUp64(int64_t value) { return (value + kAlignment - 1) / kAlignment 
 
 }  // namespace
 
-Plan::Plan(const DecoderNetwork& network, const Kernel& kernel, int threads)
+Plan::Plan(const DecoderNetwork& network, const Kernel& kernel, int threads, std::span<const float> ranges)
     : kernel_(kernel), architecture_(network.architecture), threads_(threads) {
   bilinear_ = architecture_.model == ModelKind::kBilinear;
   features_ = network.code.empty() ? architecture_.latent : network.code.out;
@@ -47,7 +50,8 @@ Plan::Plan(const DecoderNetwork& network, const Kernel& kernel, int threads)
   inner_ = PackDense(inner, inner.bias);
   inner_view_ = PackDense(by_view, by_view.bias);
   steps_.resize(network.layers.size());
-  for (size_t i = 0; i < steps_.size(); ++i) PackLayer(network, network.layers[i], steps_[i]);
+  LIKENESS_CHECK(ranges.size() == (kernel.fixed_point ? steps_.size() : 0));
+  for (size_t i = 0; i < steps_.size(); ++i) PackLayer(network, network.layers[i], steps_[i], ranges);
   LayOut();
   MakeJobs();
   phases_.resize(steps_.size() + 8);
@@ -89,7 +93,8 @@ Plan::Dense Plan::PackDense(const DenseLayer& layer, std::span<const float> bias
   return dense;
 }
 
-void Plan::PackLayer(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step) {
+void Plan::PackLayer(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step,
+                     std::span<const float> ranges) {
   const bool last = &layer == &network.layers.back();
   const int in = PaddedChannels(layer.in), out = last ? 4 : PaddedChannels(layer.out);
   step.up = layer.kind == ConvolutionLayer::Kind::kUp;
@@ -106,11 +111,18 @@ void Plan::PackLayer(const DecoderNetwork& network, const ConvolutionLayer& laye
   packed.count = step.jobs;
   packed.slope = layer.slope;
   packed.colours = last;
+  const size_t index = static_cast<size_t>(&step - steps_.data());
+  if (kernel_.fixed_point) {
+    const auto range = [&](size_t i) { return std::max(kRangeMargin * ranges[i], kLeastRange); };
+    packed.in_range = range(index);
+    if (!last) packed.out_range = range(index + 1);
+  }
   void* const weights = memory_.Allocate(kernel_.weight_bytes(packed));
-  kernel_.pack_weights(GemmWeights(layer, in, out, packed.columns).data(), packed, weights);
+  if (!kernel_.pack_weights(GemmWeights(layer, in, out, packed.columns).data(), packed, weights)) {
+    Unrepresentable(kernel_);
+  }
   packed.weights = weights;
 
-  const size_t index = static_cast<size_t>(&step - steps_.data());
   const bool whole = step.up && layer.in_size <= kMostBlockSize && out % kColumnBlock == 0 && !last &&
                      (index == 0 || steps_[index - 1].mode == Mode::kBlock);
   step.mode = whole ? Mode::kBlock : layer.in_size <= kMostSplitSize && !last ? Mode::kRows : Mode::kCascade;
@@ -155,7 +167,7 @@ void Plan::PackBiases(const DecoderNetwork& network, const ConvolutionLayer& lay
     ParallelFor(rows, [&](int64_t y) {
       std::vector<float> row(static_cast<size_t>(size + 2) * channels, 0.0f);
       padded_row(static_cast<int>(y), row.data());
-      if (!kernel_.pack_bias(row.data(), static_cast<int>(row.size()), to + y * pitch)) fits = false;
+      if (!kernel_.pack_bias(step.packed, row.data(), static_cast<int>(row.size()), to + y * pitch)) fits = false;
     });
     step.biases = to;
     step.bias_pitch = every ? pitch : 0;
@@ -423,7 +435,9 @@ void Plan::RunInner(int thread) {
     for (int texel = begin; texel < end; ++texel) {
       float* const from = values + static_cast<ptrdiff_t>(texel) * channels;
       for (int c = 0; add != nullptr && c < channels; ++c) from[c] += add[c];
-      kernel_.store(from, channels, view_memory_[v] + inner_map_.At(texel / inner_map_.size, texel % inner_map_.size));
+      kernel_.store(from, channels, steps_[0].packed.in_range,
+                    view_memory_[v] + inner_map_.At(texel / inner_map_.size, texel % inner_map_.size));
+      NoteRange(thread, 0, from, channels);
     }
   }
 }
@@ -474,9 +488,11 @@ void Plan::RunBlock(const Step& step, int thread) {
         for (int n = 0; n < width; ++n) {
           const int to = 2 * n - 1 + x;
           if (to < 0 || to >= step.out_size) continue;
-          kernel_.finish(sums + (m * width + n) * kColumnBlock,
+          std::byte* const features = memory + step.out.At(y, to) + channel * kernel_.element_bytes;
+          kernel_.finish(packed, sums + (m * width + n) * kColumnBlock,
                          step.biases + y * step.bias_pitch + (to + 1) * bias_texel + channel * kernel_.bias_bytes, add,
-                         packed.slope, kColumnBlock, memory + step.out.At(y, to) + channel * kernel_.element_bytes);
+                         kColumnBlock, features);
+          NoteRange(thread, index + 1, features, kColumnBlock);
         }
       }
     }
@@ -504,13 +520,16 @@ void Plan::RunLines(const std::vector<LineJob>& jobs, int thread) {
       for (int r = 0; r < step.packed.in_rows; ++r) job.in[r] = memory + line.in[r];
       for (int r = 0; r < step.packed.out_rows; ++r) job.out[r] = memory + line.out[r];
       kernel_.rows(job, scratch);
-      if (!step.up) continue;
-      // The first and the last texel of what was written are the margin, which stays zero.
       const auto texel = static_cast<size_t>(step.out.texel_bytes);
-      for (int r = 0; r < 2; ++r) {
+      for (int r = 0; r < step.packed.out_rows; ++r) {
         std::byte* const out = memory + line.out[r];
-        std::memset(out, 0, texel);
-        std::memset(out + (step.out_size + 1) * texel, 0, texel);
+        if (step.up) {  // the first and the last texel of what was written are the margin, which stays zero
+          std::memset(out, 0, texel);
+          std::memset(out + (step.out_size + 1) * texel, 0, texel);
+        }
+        if (line.row + r >= 0 && line.row + r < step.out_size) {
+          NoteRange(thread, index + 1, out + (step.up ? texel : 0), step.out_size * step.out_channels);
+        }
       }
     }
   }
@@ -569,6 +588,29 @@ void Plan::RunJacobian(int thread) {
       for (int l = 0; l < latent; ++l, from += kPitch) *to++ = *from;
     }
   }
+}
+
+void Plan::MeasureRanges() {
+  LIKENESS_CHECK(kernel_.full_precision);
+  for (Thread& thread : thread_) thread.ranges.assign(steps_.size(), 0.0f);
+}
+
+std::vector<float> Plan::TakeRanges() {
+  std::vector<float> largest(steps_.size(), 0.0f);
+  for (Thread& thread : thread_) {
+    for (size_t i = 0; i < largest.size(); ++i) largest[i] = std::max(largest[i], thread.ranges[i]);
+    thread.ranges.clear();
+  }
+  return largest;
+}
+
+void Plan::NoteRange(int thread, size_t layer, const void* features, int count) {
+  std::vector<float>& ranges = thread_[thread].ranges;
+  if (ranges.empty()) return;
+  const float* const values = static_cast<const float*>(features);
+  float largest = ranges[layer];
+  for (int i = 0; i < count; ++i) largest = std::max(largest, std::abs(values[i]));
+  ranges[layer] = largest;
 }
 
 FrameCost Plan::Cost(int views, bool mesh) const {

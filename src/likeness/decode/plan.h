@@ -41,8 +41,9 @@ struct FrameCost {
 
 class Plan : public Team::Work {
  public:
+  //   ranges  for kernels in fixed point: what TakeRanges of a plan in full precision gave
   // Throws Error when the kernel cannot represent a value of the network.
-  Plan(const DecoderNetwork& network, const Kernel& kernel, int threads);
+  Plan(const DecoderNetwork& network, const Kernel& kernel, int threads, std::span<const float> ranges = {});
 
   void Decode(const FrameRequest& request, Team& team);
 
@@ -53,6 +54,11 @@ class Plan : public Team::Work {
   const Kernel& kernel() const { return kernel_; }
   int64_t bytes() const { return memory_.bytes(); }
   FrameCost Cost(int views, bool mesh) const;
+
+  // From now on the largest feature that enters each convolution is noted, until it is taken; of kernels in full
+  // precision.
+  void MeasureRanges();
+  std::vector<float> TakeRanges();
 
  private:
   struct Generator;
@@ -95,7 +101,8 @@ class Plan : public Team::Work {
   struct Thread {
     std::vector<std::vector<LineJob>> rows;  // for each kRows step, then the cascade
     std::byte* scratch = nullptr;
-    float* values = nullptr;  // sums, dense outputs
+    float* values = nullptr;    // sums, dense outputs
+    std::vector<float> ranges;  // of features that enter each step; empty: not measured
   };
 
   unsigned Enter() override { return kernel_.enter(); }
@@ -103,7 +110,8 @@ class Plan : public Team::Work {
   void Run(int phase, int thread) override;
 
   Dense PackDense(const DenseLayer& layer, std::span<const float> bias);
-  void PackLayer(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step);
+  void PackLayer(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step,
+                 std::span<const float> ranges);
   void PackBiases(const DecoderNetwork& network, const ConvolutionLayer& layer, Step& step);
   void LayOut();
   void MakeJobs();
@@ -117,6 +125,7 @@ class Plan : public Team::Work {
   void RunColumns(int thread);
   void RunJacobian(int thread);
   int64_t BiasTexel(const Step& step) const;
+  void NoteRange(int thread, size_t layer, const void* features, int count);
   std::pair<int, int> ShareOf(int count, int thread) const;
   float* ViewFloats(int view, int64_t offset) const { return reinterpret_cast<float*>(view_memory_[view] + offset); }
   const float* AddFor(size_t layer, int view) const;
