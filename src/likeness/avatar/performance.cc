@@ -126,7 +126,7 @@ std::string OptionalText(const SafetensorsFile& file, const char* key) {
 }
 
 Performance PerformanceFrom(const SafetensorsFile& file) {
-  if (OptionalText(file, "format") != kFormat) {
+  if (!IsPerformance(file)) {
     throw FileError(file.path(),
                     "is no performance (its metadata lack format = likeness-performance); likeness encode makes one");
   }
@@ -187,6 +187,8 @@ void Performance::Check(const std::string& what) const {
     }
   }
 }
+
+bool IsPerformance(const SafetensorsFile& file) { return OptionalText(file, "format") == kFormat; }
 
 PerformanceMoment MomentAt(const Performance& p, double seconds) {
   const auto next = std::upper_bound(p.seconds.begin(), p.seconds.end(), seconds);

@@ -61,6 +61,9 @@ void WritePerformance(const std::filesystem::path& path, const Performance& perf
 // The bytes of such a file.
 std::string PerformanceBytes(const Performance& performance);
 
+// Whether a safetensors file says that it holds a performance, be it whole or not.
+bool IsPerformance(const SafetensorsFile& file);
+
 // Throws Error naming the file for anything that WritePerformance would not have written.
 Performance ReadPerformance(const std::filesystem::path& path);
 Performance ParsePerformance(const std::filesystem::path& path_for_errors, std::string bytes);

@@ -11,25 +11,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cstddef>
 
+#include "likeness/base/allocation_count.h"
 #include "likeness/base/testing.h"
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/kernels.h"
 #include "likeness/decode/random_avatar.h"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-
-namespace {
-std::atomic<int64_t> allocations = 0;
-}
-
-extern "C" void* __libc_malloc(size_t size);
-extern "C" void* malloc(size_t size) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(size);
-}
+#ifdef LIKENESS_COUNTS_ALLOCATIONS
 
 namespace likeness {
 namespace {
@@ -71,9 +61,9 @@ enum Exit { kQuiet = 0, kAllocates = 2, kFaults = 3, kNoFilter = 4 };
   std::vector<float> vertices(decoder->architecture().vertex_count * 3), code(decoder->architecture().latent, 0.1f);
   const Decoder::View views[2] = {{{0, 0, 1}, left.data(), row}, {{0.6f, 0, 0.8f}, right.data(), row}};
   decoder->Decode(code, views, {vertices.data(), 12});
-  const int64_t faults = PageFaults(), before = allocations;
+  const int64_t faults = PageFaults(), before = AllocationCount();
   for (int i = 0; i < 5; ++i) decoder->Decode(code, views, {vertices.data(), 12});
-  const bool allocates = allocations != before, faulted = PageFaults() != faults;
+  const bool allocates = AllocationCount() != before, faulted = PageFaults() != faults;
   if (allocates) _exit(kAllocates);
   if (faulted) _exit(kFaults);
   if (!ForbidSystemCalls()) _exit(kNoFilter);

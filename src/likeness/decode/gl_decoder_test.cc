@@ -11,7 +11,7 @@
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/random_avatar.h"
 #include "likeness/decode/test_architectures.h"
-#include "likeness/gl/offscreen.h"
+#include "likeness/gl/testing.h"
 
 namespace likeness {
 namespace {
@@ -52,32 +52,18 @@ Frame ReadFrame(const GlFunctions& gl, const GlDecoder& decoder) {
 }
 
 template <typename Base>
-class WithContext : public Base {
+class WithFolder : public WithContext<Base, 4, 3> {
  protected:
-  void SetUp() override {
-    try {
-      context_ = std::make_unique<OffscreenContext>(4, 3);
-    } catch (const Error& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-  void TearDown() override {
-    if (context_ != nullptr) {
-      EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
-    }
-  }
-  const GlFunctions& gl() const { return context_->gl(); }
   std::filesystem::path FileOf(const Avatar& avatar) const {
     SaveAvatar(folder_ / "avatar", avatar);
     return folder_ / "avatar";
   }
 
   const ScratchFolder folder_;
-  std::unique_ptr<OffscreenContext> context_;
 };
 
-class GlDecoderChoice : public WithContext<testing::TestWithParam<Choice>> {};
-class GlDecoderTest : public WithContext<testing::Test> {};
+class GlDecoderChoice : public WithFolder<testing::TestWithParam<Choice>> {};
+class GlDecoderTest : public WithFolder<testing::Test> {};
 
 Architecture Small() {
   return Choose("", [](Architecture& a) { a.texture_size = 16; }).architecture;

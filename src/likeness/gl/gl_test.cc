@@ -2,35 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <memory>
 
 #include "likeness/base/error.h"
 #include "likeness/base/testing.h"
 #include "likeness/gl/objects.h"
-#include "likeness/gl/offscreen.h"
+#include "likeness/gl/testing.h"
 
 namespace likeness {
 namespace {
 
 using testing::HasSubstr;
 
-class OpenGl : public testing::Test {
- protected:
-  void SetUp() override {
-    try {
-      context_ = std::make_unique<OffscreenContext>(3, 3);
-    } catch (const Error& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-  void TearDown() override {
-    if (context_ != nullptr) {
-      EXPECT_EQ(context_->gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
-    }
-  }
-
-  std::unique_ptr<OffscreenContext> context_;
-};
+class OpenGl : public WithContext<testing::Test> {};
 
 constexpr char kVertexShader[] = R"(#version 330 core
 layout(location = 0) in vec2 point;
@@ -42,7 +25,7 @@ void main() { colour = vec4(gl_FragCoord.xy / 255.0, 1.0, 1.0); })";
 
 // A triangle over the lower left half of 16 x 16 pixels, in a context of version 3.3.
 TEST_F(OpenGl, DrawsATriangle) {
-  const GlFunctions& gl = context_->gl();
+  const GlFunctions& gl = this->gl();
   constexpr int kSize = 16;
   const GlTexture picture = MakeTexture(gl, GL_RGBA8, kSize, kSize);
   const GlFramebuffer framebuffer = MakeFramebuffer(gl);
@@ -80,7 +63,7 @@ TEST_F(OpenGl, DrawsATriangle) {
 }
 
 TEST_F(OpenGl, MistakesInShadersAreTold) {
-  const GlFunctions& gl = context_->gl();
+  const GlFunctions& gl = this->gl();
   const std::string wrong = "#version 330 core\nvoid main() { colour = vec4(1.0); }";
   EXPECT_THAT(ErrorOf([&] {
                 MakeProgram(gl, "wrong", {{GL_FRAGMENT_SHADER, wrong}});
@@ -94,7 +77,7 @@ TEST_F(OpenGl, MistakesInShadersAreTold) {
 }
 
 TEST_F(OpenGl, ErrorsAreToldOnceAndCleared) {
-  const GlFunctions& gl = context_->gl();
+  const GlFunctions& gl = this->gl();
   CheckGlErrors(gl, "resting");
   gl.Clear(~0U);
   gl.BindTexture(GL_FLOAT, 0);
@@ -103,7 +86,7 @@ TEST_F(OpenGl, ErrorsAreToldOnceAndCleared) {
 }
 
 TEST_F(OpenGl, MovedObjectsAreDeletedOnce) {
-  const GlFunctions& gl = context_->gl();
+  const GlFunctions& gl = this->gl();
   GlBuffer buffer = MakeBuffer(gl, 4, nullptr, GL_STATIC_DRAW);
   const GLuint id = buffer.id();
   GlBuffer other = std::move(buffer);
@@ -114,7 +97,7 @@ TEST_F(OpenGl, MovedObjectsAreDeletedOnce) {
 }
 
 TEST_F(OpenGl, TwoContextsLiveSideBySide) {
-  const GlFunctions& gl = context_->gl();
+  const GlFunctions& gl = this->gl();
   const GlBuffer buffer = MakeBuffer(gl, 4, "abc", GL_STATIC_DRAW);
   { const OffscreenContext other(3, 3); }
   context_->MakeCurrent();

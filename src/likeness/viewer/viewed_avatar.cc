@@ -112,10 +112,7 @@ Clip OpenPerformance(const fs::path& path, const ViewedAvatar& avatar) {
 bool IsPerformance(const fs::path& path) {
   std::error_code ignored;
   if (!fs::is_regular_file(path, ignored)) return false;
-  const SafetensorsFile file = SafetensorsFile::Map(path);
-  const auto& metadata = file.metadata();
-  const auto format = metadata.find("format");
-  return format != metadata.end() && format->second == "likeness-performance";
+  return IsPerformance(SafetensorsFile::Map(path));
 }
 
 }  // namespace likeness

@@ -7,12 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <memory>
 #include <set>
 
 #include "likeness/base/error.h"
 #include "likeness/base/random.h"
-#include "likeness/gl/offscreen.h"
+#include "likeness/gl/testing.h"
 #include "likeness/image/resize.h"
 #include "likeness/image/srgb.h"
 #include "likeness/render/gl/canvas.h"
@@ -65,16 +64,8 @@ struct Shell {
   bool InRightChart(int triangle) const { return triangle / 2 % kGrid >= kGrid / 2; }
 };
 
-class GlMeshRendererTest : public testing::Test {
+class GlMeshRendererTest : public WithContext<testing::Test> {
  protected:
-  void SetUp() override {
-    try {
-      context_ = std::make_unique<OffscreenContext>(3, 3);
-    } catch (const Error& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-
   // Of the shell, from a side, with the head turned and moved.
   void Aim(int width, int height, double azimuth_deg) {
     PortraitOptions view;
@@ -88,7 +79,7 @@ class GlMeshRendererTest : public testing::Test {
   }
 
   ImageU8 Draw(const ImageU8& rgba, int samples, const MeshStyle& style = {}) const {
-    const GlFunctions& gl = context_->gl();
+    const GlFunctions& gl = this->gl();
     GlMeshRenderer renderer(gl);
     renderer.SetTopology(shell_.topology);
     renderer.SetVertices(shell_.vertices);
@@ -135,7 +126,6 @@ class GlMeshRendererTest : public testing::Test {
   Shell shell_;
   Camera camera_;
   RigidTransform world_from_head_;
-  std::unique_ptr<OffscreenContext> context_;
 };
 
 ImageU8 NoiseTexture(int size) {

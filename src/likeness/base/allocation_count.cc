@@ -1,0 +1,20 @@
+#include "likeness/base/allocation_count.h"
+
+#ifdef LIKENESS_COUNTS_ALLOCATIONS
+
+#include <atomic>
+#include <cstddef>
+
+namespace {
+std::atomic<int64_t> allocations = 0;
+}
+
+extern "C" void* __libc_malloc(size_t size);
+extern "C" void* malloc(size_t size) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  return __libc_malloc(size);
+}
+
+int64_t likeness::AllocationCount() { return allocations; }
+
+#endif
