@@ -14,6 +14,7 @@
 #include "likeness/base/error.h"
 #include "likeness/base/file.h"
 #include "likeness/decode/decoder.h"
+#include "likeness/decode/export/onnx.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/geometry/ply.h"
 #include "likeness/image/image_io.h"
@@ -38,13 +39,15 @@ struct Arguments {
 };
 
 Command Describe(Arguments& a) {
-  Command command("export",
-                  "Writes a frame of an avatar as OBJ or PLY, a frame or a whole performance as glTF. The texture is "
-                  "decoded for one view and baked.",
-                  "likeness export avatars/demo talk.glb --performance talk.perf.safetensors");
+  Command command(
+      "export",
+      "Writes a frame of an avatar as OBJ or PLY, or a frame or a whole performance as glTF, with a texture "
+      "that is decoded for one view and baked; or the decoder itself as an ONNX model.",
+      "likeness export avatars/demo talk.glb --performance talk.perf.safetensors");
   command.Positional("AVATAR", &a.avatar, "avatar file, or the folder of its training run");
   command.Positional("OUT", &a.out, "file to write; an OBJ gets an MTL and a PNG beside it");
-  command.Choice("format", &a.format, {"auto", "gltf", "obj", "ply"}, "auto: what OUT ends in, .glb, .obj or .ply");
+  command.Choice("format", &a.format, {"auto", "gltf", "obj", "ply", "onnx"},
+                 "auto: what OUT ends in, .glb, .obj, .ply or .onnx");
   command.Option("performance", &a.performance,
                  "performance of the avatar: animates a glTF; with --at, one moment of it");
   command.Option("at", &a.at, "seconds into --performance, for a single frame; -1: none");
@@ -52,7 +55,7 @@ Command Describe(Arguments& a) {
   command.Option("code", &a.code, "text file with a latent code, instead of --frame");
   command.Option("view", &a.view, "AZIMUTH,ELEVATION in degrees that the texture is decoded for");
   command.Option("identity", &a.identity,
-                 "which of the avatar's people; default: the performance's, or whose frame it is");
+                 "whose face; default: the performance's or the frame's person, all people in an ONNX model");
   command.Option("targets", &a.animate.most_targets, "most morph targets of an animated glTF");
   command.Option("tolerance-mm", &a.animate.tolerance_mm,
                  "no more targets than bring the animated mesh this near to the decoded one (root mean square)");
@@ -63,9 +66,23 @@ std::string FormatOf(const Arguments& a) {
   if (a.format != "auto") return a.format;
   const std::string extension = a.out.extension().string();
   if (extension == ".glb") return "gltf";
-  if (extension == ".obj" || extension == ".ply") return extension.substr(1);
-  throw UsageError(
-      fmt::format("{} does not tell the format: let it end in .glb, .obj or .ply, or add --format", a.out.string()));
+  if (extension == ".obj" || extension == ".ply" || extension == ".onnx") return extension.substr(1);
+  throw UsageError(fmt::format("{} does not tell the format: let it end in .glb, .obj, .ply or .onnx, or add --format",
+                               a.out.string()));
+}
+
+void CheckUsage(const Arguments& a, const std::string& format) {
+  if (a.at >= 0 && a.performance.empty()) throw UsageError("--at is a moment of --performance");
+  if (!a.performance.empty() && a.at < 0 && (format == "obj" || format == "ply")) {
+    throw UsageError("an OBJ or PLY is one frame: say which with --at SECONDS, or export a .glb");
+  }
+  if (format != "onnx") return;
+  const Arguments unsaid;
+  if (!a.performance.empty() || a.frame != unsaid.frame || !a.code.empty() || a.view != unsaid.view) {
+    throw UsageError(
+        "an ONNX model takes any code and view: leave out --performance, --frame, --code and --view, and give it those "
+        "when it is run");
+  }
 }
 
 // What is exported: one frame or more.
@@ -136,21 +153,17 @@ void WriteObjFiles(const fs::path& out, const Vertices& mesh, const MeshTopology
   WriteFile(out, fmt::format("mtllib {}\nusemtl face\n", material.filename().string()) + ObjText(mesh, topology));
 }
 
-}  // namespace
+// Both write the output and give back what is to say of it.
+std::string WriteOnnx(const Arguments& a, const fs::path& avatar_file, const Avatar& avatar) {
+  OnnxOptions options;
+  if (!a.identity.empty()) options.person = FindIdentity(avatar, a.identity);
+  const std::string bytes = OnnxBytes(avatar_file, options);
+  WriteFile(a.out, bytes);
+  return fmt::format(": ONNX operators {}, {:.1f} MB", kOnnxOperators, static_cast<double>(bytes.size()) / 1e6);
+}
 
-int RunExport(int argc, const char* const* argv) {
-  Arguments a;
-  Command command = Describe(a);
-  if (!command.Parse(argc, argv)) return 0;
-  a.animate.Check();
-  const std::string format = FormatOf(a);
-  if (a.at >= 0 && a.performance.empty()) throw UsageError("--at is a moment of --performance");
-  if (!a.performance.empty() && a.at < 0 && format != "gltf") {
-    throw UsageError("an OBJ or PLY is one frame: say which with --at SECONDS, or export a .glb");
-  }
-
-  const fs::path avatar_file = AvatarFile(a.avatar);
-  const Avatar avatar = LoadAvatar(avatar_file);
+std::string WriteFrames(const Arguments& a, const std::string& format, const fs::path& avatar_file,
+                        const Avatar& avatar) {
   const Shown shown = Choose(a, avatar);
   DecoderOptions options;
   options.person = shown.identity;
@@ -161,7 +174,6 @@ int RunExport(int argc, const char* const* argv) {
     return mesh;
   };
   const Performance& performance = shown.performance;
-  std::string text = a.out.string();
   if (format == "ply") {
     WriteFile(a.out, EncodePly(decode(performance.Code(0)), avatar.topology.triangles));
   } else if (format == "obj") {
@@ -170,11 +182,27 @@ int RunExport(int argc, const char* const* argv) {
   } else {
     const AnimatedMesh mesh = Animate(performance, decode, avatar.topology, a.animate);
     WriteFile(a.out, GlbBytes(mesh, BakeTexture(decoder.get(), MeanCodeOf(performance), a.view)));
-    text += fmt::format(": {} frames, {} morph targets, {:.3f} mm from the decoded mesh on average, {:.3f} mm at most",
-                        performance.frame_count(), mesh.targets.size(), mesh.mean_error_mm, mesh.largest_error_mm);
+    return fmt::format(": {} frames, {} morph targets, {:.3f} mm from the decoded mesh on average, {:.3f} mm at most",
+                       performance.frame_count(), mesh.targets.size(), mesh.mean_error_mm, mesh.largest_error_mm);
   }
+  return "";
+}
+
+}  // namespace
+
+int RunExport(int argc, const char* const* argv) {
+  Arguments a;
+  Command command = Describe(a);
+  if (!command.Parse(argc, argv)) return 0;
+  a.animate.Check();
+  const std::string format = FormatOf(a);
+  CheckUsage(a, format);
+  const fs::path avatar_file = AvatarFile(a.avatar);
+  const Avatar avatar = LoadAvatar(avatar_file);
+  const std::string text =
+      format == "onnx" ? WriteOnnx(a, avatar_file, avatar) : WriteFrames(a, format, avatar_file, avatar);
   WriteFile(fs::path(a.out).replace_extension(".toml"), command.ResolvedToml());
-  fmt::print("{}\n", text);
+  fmt::print("{}{}\n", a.out.string(), text);
   return 0;
 }
 

@@ -11,6 +11,7 @@
 #include "likeness/base/file.h"
 #include "likeness/base/testing.h"
 #include "likeness/decode/decoder.h"
+#include "likeness/decode/export/onnx.h"
 #include "likeness/decode/random_avatar.h"
 #include "likeness/geometry/obj.h"
 #include "likeness/geometry/ply.h"
@@ -136,10 +137,22 @@ TEST_F(PerformanceVerbsTest, MomentsAndPerformancesAreExported) {
   EXPECT_THAT(ReadFile(Path("talk.glb")), ::testing::StartsWith("glTF"));
   EXPECT_THROW(run({Path("talk.obj")}), UsageError);
   EXPECT_THROW(run({Path("talk.fbx")}), UsageError);
+  EXPECT_THROW(run({Path("talk.onnx")}), UsageError);
   p.avatar = "0123456789abcdef";
   WritePerformance(Path("talk.perf.safetensors"), p);
   EXPECT_THAT(ErrorOf([&] { run({Path("other.glb")}); }), HasSubstr("another avatar"));
   EXPECT_FALSE(fs::exists(Path("other.glb")));
+}
+
+TEST_F(PerformanceVerbsTest, TheDecoderIsExported) {
+  ASSERT_EQ(RunVerb(RunExport, {Path("avatar.safetensors"), Path("face.onnx")}), 0);
+  const std::string by_name = ReadFile(Path("face.onnx"));
+  EXPECT_EQ(by_name, OnnxBytes(Path("avatar.safetensors")));
+  EXPECT_TRUE(fs::exists(Path("face.toml")));
+  ASSERT_EQ(RunVerb(RunExport, {Path("avatar.safetensors"), Path("model"), "--format", "onnx"}), 0);
+  EXPECT_EQ(ReadFile(Path("model")), by_name);
+  EXPECT_THROW(RunVerb(RunExport, {Path("avatar.safetensors"), Path("turned.onnx"), "--view", "10,0"}), UsageError);
+  EXPECT_FALSE(fs::exists(Path("turned.onnx")));
 }
 
 }  // namespace

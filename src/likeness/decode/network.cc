@@ -174,14 +174,15 @@ std::vector<float> ConditionOf(Reader& reader, const Architecture& a, int person
   return condition;
 }
 
-// Drops the last columns, which meet a constant: what they give goes into the bias.
-void FoldCondition(std::span<const float> condition, DenseLayer* layer) {
+// Drops the last columns, which meet a constant: what they give goes into the bias. The last `named` are kept aside.
+void FoldCondition(std::span<const float> condition, size_t named, DenseLayer* layer) {
   if (layer->empty() || condition.empty()) return;
   const size_t in = layer->in, kept = in - condition.size();
   std::vector<float> weight;
   for (int o = 0; o < layer->out; ++o) {
     const float* const row = layer->weight.data() + o * in;
     weight.insert(weight.end(), row, row + kept);
+    layer->named.insert(layer->named.end(), row + in - named, row + in);
     for (size_t i = 0; i < condition.size(); ++i) layer->bias[o] += row[kept + i] * condition[i];
   }
   layer->weight = std::move(weight);
@@ -197,9 +198,8 @@ std::span<const float> OwnMean(Reader& reader, const Architecture& a, int person
   return reader.Floats(name, shape).subspan(person * count, count);
 }
 
-void ReadTexels(Reader& reader, DecoderNetwork& network, std::span<const float> condition) {
+void ReadTexels(Reader& reader, DecoderNetwork& network) {
   network.texels = reader.Dense("decoder.texture_fc", 1);
-  FoldCondition(condition, &network.texels);
   DenseLayer& texels = network.texels;
   for (int o = 0; o < texels.out; ++o) {
     const float gain = network.gain[o % 3];
@@ -324,15 +324,17 @@ DecoderNetwork NetworkFrom(SafetensorsFile opened, const DisplayTransform& displ
   for (int c = 0; c < 3; ++c) network.gain[c] = display.gain[c] * deviation;
 
   network.code = a.model == ModelKind::kDeep ? reader.Dense("decoder.code_fc", kLeakySlope) : DenseLayer();
-  FoldCondition(condition, &network.code);
+  const size_t named = NamedChannels(a);
+  FoldCondition(condition, named, &network.code);
   ReadMesh(reader, network, person);
   if (a.model == ModelKind::kDeep) {
     network.view = reader.Dense("decoder.view_fc", kLeakySlope);
     SplitInner(reader, network);
     ReadConvolutions(reader, network);
   } else {
-    FoldCondition(condition, &network.mesh);
-    ReadTexels(reader, network, condition);
+    ReadTexels(reader, network);
+    FoldCondition(condition, named, &network.mesh);
+    FoldCondition(condition, named, &network.texels);
   }
   ReadTopology(network);
   ReadCodes(reader, network);

@@ -28,6 +28,9 @@ struct DenseLayer {
   std::vector<float> weight;  // [out, in]
   std::vector<float> bias;    // [out]
   float slope = 1;
+  // [out, NamedChannels]: of the standardised named conditions, whose part is in the bias already. For those who would
+  // change them from frame to frame; empty in layers that do not meet them.
+  std::vector<float> named = {};
 
   bool empty() const { return out == 0; }
 };
