@@ -17,6 +17,7 @@
 #include "likeness/app/command.h"
 #include "likeness/avatar/avatar_file.h"
 #include "likeness/base/error.h"
+#include "likeness/base/quantile.h"
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/kernels.h"
 #include "likeness/decode/random_avatar.h"
@@ -258,11 +259,6 @@ void MeasureAndPrint(const fs::path& file, const Arguments& arguments) {
 }
 
 }  // namespace
-
-double Quantile(std::vector<double> values, double q) {
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<size_t>(q * static_cast<double>(values.size())))];
-}
 
 double PsnrDb(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b) {
   double squares = 0;

@@ -8,8 +8,6 @@
 
 namespace likeness {
 
-double Quantile(std::vector<double> values, double q);
-
 // Of 8-bit RGBA pixels whose opacity is equal; 100 where all are.
 double PsnrDb(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b);
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "likeness/app/bench_decode.h"
+#include "likeness/base/quantile.h"
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/gl_decoder.h"
 #include "likeness/gl/offscreen.h"

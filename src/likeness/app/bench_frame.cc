@@ -16,6 +16,7 @@
 #include "likeness/avatar/avatar_file.h"
 #include "likeness/base/error.h"
 #include "likeness/base/parallel.h"
+#include "likeness/base/quantile.h"
 #include "likeness/base/random.h"
 #include "likeness/decode/decoder.h"
 #include "likeness/decode/random_avatar.h"

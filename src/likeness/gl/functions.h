@@ -18,18 +18,18 @@ namespace likeness {
 // clang-format off
 #define LIKENESS_GL_3_3(F)                                                                              \
   F(ActiveTexture) F(AttachShader) F(BindBuffer) F(BindBufferBase) F(BindFramebuffer) F(BindTexture)    \
-  F(BindVertexArray) F(BlitFramebuffer) F(BufferData) F(BufferSubData) F(CheckFramebufferStatus)        \
-  F(Clear) F(ClearColor) F(ColorMask) F(CompileShader) F(CreateProgram) F(CreateShader) F(CullFace)     \
-  F(DeleteBuffers) F(DeleteFramebuffers) F(DeleteProgram) F(DeleteQueries) F(DeleteShader)              \
-  F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) F(DetachShader) F(Disable) F(DrawArrays)         \
-  F(DrawElements) F(Enable) F(EnableVertexAttribArray) F(Finish) F(FramebufferTexture2D) F(FrontFace)   \
-  F(GenBuffers) F(GenFramebuffers) F(GenQueries) F(GenTextures) F(GenVertexArrays) F(GenerateMipmap)    \
-  F(GetBufferSubData) F(GetError) F(GetInteger64v) F(GetIntegerv) F(GetProgramInfoLog) F(GetProgramiv)  \
-  F(GetQueryObjectui64v) F(GetShaderInfoLog) F(GetShaderiv) F(GetString) F(GetTexImage)                 \
-  F(GetUniformLocation) F(LinkProgram) F(MapBufferRange) F(PolygonMode) F(PolygonOffset)                \
-  F(QueryCounter) F(ReadPixels) F(ShaderSource) F(TexImage2D) F(TexImage2DMultisample) F(TexParameteri) \
-  F(TexSubImage2D) F(Uniform1f) F(Uniform1i) F(Uniform3f) F(UniformMatrix4fv) F(UnmapBuffer)            \
-  F(UseProgram) F(VertexAttribPointer) F(Viewport)
+  F(BindVertexArray) F(BlendFunc) F(BlitFramebuffer) F(BufferData) F(BufferSubData)                     \
+  F(CheckFramebufferStatus) F(Clear) F(ClearColor) F(ColorMask) F(CompileShader) F(CreateProgram)       \
+  F(CreateShader) F(CullFace) F(DeleteBuffers) F(DeleteFramebuffers) F(DeleteProgram) F(DeleteQueries)  \
+  F(DeleteShader) F(DeleteTextures) F(DeleteVertexArrays) F(DepthFunc) F(DetachShader) F(Disable)       \
+  F(DrawArrays) F(DrawElements) F(Enable) F(EnableVertexAttribArray) F(Finish) F(FramebufferTexture2D)  \
+  F(FrontFace) F(GenBuffers) F(GenFramebuffers) F(GenQueries) F(GenTextures) F(GenVertexArrays)         \
+  F(GenerateMipmap) F(GetBufferSubData) F(GetError) F(GetInteger64v) F(GetIntegerv)                     \
+  F(GetProgramInfoLog) F(GetProgramiv) F(GetQueryObjectui64v) F(GetShaderInfoLog) F(GetShaderiv)        \
+  F(GetString) F(GetTexImage) F(GetUniformLocation) F(LinkProgram) F(MapBufferRange) F(PolygonMode)     \
+  F(PolygonOffset) F(QueryCounter) F(ReadPixels) F(ShaderSource) F(TexImage2D)                          \
+  F(TexImage2DMultisample) F(TexParameteri) F(TexSubImage2D) F(Uniform1f) F(Uniform1i) F(Uniform3f)     \
+  F(UniformMatrix4fv) F(UnmapBuffer) F(UseProgram) F(VertexAttribPointer) F(Viewport)
 #define LIKENESS_GL_4_3(F) \
   F(BindImageTexture) F(DispatchCompute) F(MemoryBarrier)
 // clang-format on

@@ -62,10 +62,14 @@ void GlCanvas::End() {
   gl_->BindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 
-void GlCanvas::CopyTo(GLuint framebuffer, int x, int y) const {
+void GlCanvas::CopyTo(GLuint framebuffer, int x, int y) const { ScaleTo(framebuffer, x, y, width_, height_); }
+
+void GlCanvas::ScaleTo(GLuint framebuffer, int x, int y, int width, int height) const {
+  const bool same_size = width == width_ && height == height_;
   gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, complete_.id());
   gl_->BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-  gl_->BlitFramebuffer(0, 0, width_, height_, x, y, x + width_, y + height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  gl_->BlitFramebuffer(0, 0, width_, height_, x, y, x + width, y + height, GL_COLOR_BUFFER_BIT,
+                       same_size ? GL_NEAREST : GL_LINEAR);
   gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
 }
 

@@ -25,6 +25,8 @@ class GlCanvas {
 
   // Copies the complete picture into a framebuffer (0: the window's), its lower left corner to (x, y).
   void CopyTo(GLuint framebuffer, int x, int y) const;
+  // The same at another size.
+  void ScaleTo(GLuint framebuffer, int x, int y, int width, int height) const;
   // The complete picture, RGB.
   ImageU8 Read() const;
 

@@ -11,10 +11,6 @@
 namespace likeness {
 namespace {
 
-// Twenty thousandfold: with 24 bits of depth 0.01 mm are told apart at half a metre.
-constexpr double kNearMm = 10;
-constexpr double kFarMm = 2e5;
-
 constexpr char kVertexShader[] = R"(#version 330 core
 layout(location = 0) in vec3 position;  // mm
 layout(location = 1) in vec2 uv;        // v up
