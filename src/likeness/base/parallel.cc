@@ -10,7 +10,9 @@
 namespace likeness {
 namespace {
 std::atomic<int> g_threads = 0;
-thread_local bool t_inside = false;
+// Aligned, because mold 1.10 may lay a lesser one out a page before what the loader protects with it: the program would
+// not start.
+alignas(64) thread_local bool t_inside = false;
 }  // namespace
 
 void SetThreadCount(int threads) { g_threads = threads; }

@@ -7,10 +7,22 @@ namespace likeness {
 
 bool KernelAccuracy::Suffices() const { return psnr_db >= kLeastPsnrDb && largest_distance_mm <= kMostDistanceMm; }
 
-std::vector<std::vector<float>> SampleCodes(const DecoderNetwork& network) {
-  std::vector<std::vector<float>> codes = network.some_codes;
-  codes.push_back(network.mean_code);
-  return codes;
+std::vector<SampleFrame> SampleFrames(const DecoderNetwork& network) {
+  constexpr std::array<float, 3> kDirections[] = {
+      {0, 0, 1}, {0.8f, 0, 0.6f}, {-0.8f, 0, 0.6f}, {0, 0.8f, 0.6f}, {0, -0.8f, 0.6f}};
+  std::vector<std::vector<float>> codes = {network.mean_code};
+  codes.insert(codes.end(), network.some_codes.begin(), network.some_codes.end());
+  // Without codes of its own, some as large as the prior, a normal distribution, has them.
+  for (int k = 1; network.some_codes.empty() && k <= 3; ++k) {
+    std::vector<float> code = network.mean_code;
+    for (size_t i = 0; i < code.size(); ++i) code[i] += (i >> (k - 1)) % 2 == 0 ? 1.0f : -1.0f;
+    codes.push_back(code);
+  }
+  std::vector<SampleFrame> frames;
+  for (const std::array<float, 3>& direction : kDirections) {
+    frames.push_back({codes[frames.size() % codes.size()], direction});
+  }
+  return frames;
 }
 
 KernelAccuracy Compare(const Sample& sample, const Sample& truth) {

@@ -1,7 +1,8 @@
-// How decoding in lower precision is judged: by a few of the avatar's own codes, seen from the front.
+// How decoding in lower precision is judged: by a few of the avatar's own codes, seen from the front and the sides.
 
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -19,14 +20,20 @@ struct KernelAccuracy {
 inline constexpr double kLeastPsnrDb = 50;
 inline constexpr double kMostDistanceMm = 0.02;
 
-// What was made of SampleCodes, one after the other.
+// A frame that is decoded for it.
+struct SampleFrame {
+  std::vector<float> code;
+  std::array<float, 3> direction;  // of the view
+};
+// The mean code and a few of the file's codes, from in front and from four sides; fixed point measures its ranges by
+// them.
+std::vector<SampleFrame> SampleFrames(const DecoderNetwork& network);
+
+// What was made of them, one after the other.
 struct Sample {
   std::vector<uint8_t> pixels;  // RGBA
   std::vector<float> vertices;  // x y z
 };
-
-std::vector<std::vector<float>> SampleCodes(const DecoderNetwork& network);
-inline constexpr float kSampleDirection[3] = {0, 0, 1};
 
 KernelAccuracy Compare(const Sample& sample, const Sample& truth);
 

@@ -15,18 +15,18 @@ namespace {
 
 constexpr int kMostThreads = 64;
 
-// What a plan makes of the sample codes.
+// What a plan makes of the sample frames.
 Sample SampleOf(Plan& plan, Team& team, const DecoderNetwork& network) {
   const int64_t size = network.architecture.texture_size, vertices = network.architecture.vertex_count;
-  const std::vector<std::vector<float>> codes = SampleCodes(network);
+  const std::vector<SampleFrame> frames = SampleFrames(network);
   Sample sample;
-  sample.pixels.resize(codes.size() * size * size * 4);
-  sample.vertices.resize(codes.size() * vertices * 3);
-  for (size_t i = 0; i < codes.size(); ++i) {
+  sample.pixels.resize(frames.size() * size * size * 4);
+  sample.vertices.resize(frames.size() * vertices * 3);
+  for (size_t i = 0; i < frames.size(); ++i) {
     FrameRequest request;
-    request.code = codes[i].data();
+    request.code = frames[i].code.data();
     request.views = 1;
-    std::copy_n(kSampleDirection, 3, request.view[0]);
+    std::copy_n(frames[i].direction.data(), 3, request.view[0]);
     request.pixels[0] = sample.pixels.data() + i * size * size * 4;
     request.row_bytes[0] = size * 4;
     request.vertices = sample.vertices.data() + i * vertices * 3;

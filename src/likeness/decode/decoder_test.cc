@@ -295,6 +295,22 @@ TEST(Decoder, CodesFarFromTheAvatarsOwnKeepTheirAccuracy) {
   }
 }
 
+// Without view features of the code's size, a feature that only sides show must have its range from there.
+TEST(Decoder, SidesKeepTheirAccuracy) {
+  const Avatar avatar = RandomAvatar(Choose("", [](Architecture&) {}).architecture, 10);
+  Avatar by_side = avatar;
+  for (float& v : by_side.weights["decoder.view_fc.weight"].values) v *= 50;
+  for (float& v : by_side.weights["decoder.code_fc.weight"].values) v *= 0.01f;
+  const std::vector<float>& code = by_side.codes[0].mu;
+  const Truth truth = TruthOf(by_side, code);
+  for (const Kernel* kernel : AvailableKernels()) {
+    DecoderOptions options;
+    options.kernel = kernel->name;
+    const auto decoder = Decoder::Open(FileOf(by_side), options);
+    EXPECT_GE(PsnrOf(DecodeFrame(*decoder, code).pixels[0], truth.texture[0]), kLeastPsnrDb) << kernel->name;
+  }
+}
+
 // Features far from zero, which the next layer's biases take away again: bfloat16 has no room for what is left, and
 // half-precision biases neither where it is very far.
 TEST(Decoder, AKernelThatLosesTheTextureIsNotChosen) {

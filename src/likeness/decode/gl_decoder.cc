@@ -9,13 +9,12 @@ namespace likeness {
 
 namespace {
 
-// What a plan makes of the sample codes, read back.
+// What a plan makes of the sample frames, read back.
 Sample SampleOf(const GlFunctions& gl, GlPlan& plan, const DecoderNetwork& network) {
   const int size = network.architecture.texture_size;
-  const std::array<float, 3> front = {kSampleDirection[0], kSampleDirection[1], kSampleDirection[2]};
   Sample sample;
-  for (const std::vector<float>& code : SampleCodes(network)) {
-    plan.Decode(code, {&front, 1}, true);
+  for (const SampleFrame& frame : SampleFrames(network)) {
+    plan.Decode(frame.code, {&frame.direction, 1}, true);
     const std::vector<uint8_t> pixels = ReadTexture(gl, plan.texture(0), size, size);
     const std::vector<float> vertices = ReadBuffer(gl, plan.vertices(), network.mesh.out);
     sample.pixels.insert(sample.pixels.end(), pixels.begin(), pixels.end());

@@ -20,8 +20,8 @@ namespace likeness {
 Eigen::Matrix4d ClipFromMesh(const Camera& camera, const RigidTransform& world_from_mesh, double near_mm,
                              double far_mm);
 
-// What a mesh is drawn with, for others who draw into the same depth. Twenty thousandfold: with 24 bits of depth 0.01 mm
-// are told apart at half a metre.
+// What a mesh is drawn with, for others who draw into the same depth. Twenty thousandfold: with 24 bits of depth 0.01
+// mm are told apart at half a metre.
 inline constexpr double kNearMm = 10;
 inline constexpr double kFarMm = 2e5;
 
