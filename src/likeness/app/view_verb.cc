@@ -12,6 +12,7 @@
 #include "likeness/image/image_io.h"
 #include "likeness/render/portrait.h"
 #include "likeness/viewer/viewer.h"
+#include "likeness/xr/vr_viewer.h"
 
 namespace likeness {
 namespace {
@@ -30,6 +31,8 @@ struct Arguments {
   bool play = false;
   std::string size;
   fs::path screenshot;
+  bool vr = false;
+  double distance_m = 1;
 };
 
 Command Describe(Arguments& a, ViewerOptions& options) {
@@ -55,6 +58,8 @@ Command Describe(Arguments& a, ViewerOptions& options) {
   command.Option("scale", &options.window.scale, "of the panes' letters; 0: the screen's");
   command.Option("samples", &options.samples, "a pixel, for smooth edges");
   command.Option("screenshot", &a.screenshot, "draws one frame of the window into this PNG file and ends");
+  command.Option("vr", &a.vr, "before you in a headset, by OpenXR; docs/vr.md");
+  command.Option("distance", &a.distance_m, "metres from your eyes to the head, with --vr");
   return command;
 }
 
@@ -131,7 +136,14 @@ int RunView(int argc, const char* const* argv) {
   ShowPanes(a.show, &state);
   if (double unused = 0; !a.view.empty()) ParseView(a.view, &unused, &unused);
   options.opened = [&a, sliders = ParseSliders(a.sliders)](ViewState* opened) { Prepare(a, sliders, opened); };
-  if (a.screenshot.empty()) {
+  if (a.vr) {
+    if (options.avatar.empty()) throw UsageError("--vr needs an avatar: likeness view AVATAR --vr");
+    if (!(a.distance_m >= 0.3 && a.distance_m <= 10)) {
+      throw UsageError(fmt::format("--distance is 0.3 to 10 metres, not {}", a.distance_m));
+    }
+    if (!a.screenshot.empty()) throw UsageError("--screenshot draws the desktop's window: not with --vr");
+    RunVr({std::move(options), 1000 * a.distance_m});
+  } else if (a.screenshot.empty()) {
     RunViewer(options);
   } else {
     options.window.visible = false;

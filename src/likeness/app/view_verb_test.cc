@@ -40,6 +40,8 @@ TEST(ViewVerb, NamesWrongOptions) {
   EXPECT_THAT(UsageErrorOf({"--size", "1280"}), HasSubstr("--size"));
   EXPECT_THAT(UsageErrorOf({"--sliders", "1,,2"}), HasSubstr("--sliders"));
   EXPECT_THAT(UsageErrorOf({"--show", "textures"}), HasSubstr("--show"));
+  EXPECT_THAT(UsageErrorOf({"--vr"}), HasSubstr("needs an avatar"));
+  EXPECT_THAT(UsageErrorOf({"a", "--vr", "--distance", "0.1"}), HasSubstr("0.3 to 10 metres"));
   EXPECT_THAT(UsageErrorOf({"--stero"}), HasSubstr("did you mean '--stereo'?"));
   EXPECT_THAT(ErrorOf([] { View({"--view", "left"}); }), HasSubstr("AZIMUTH,ELEVATION"));
   EXPECT_THAT(ErrorOf([] { View({"--size", "3x4"}); }), HasSubstr("3 x 4"));
