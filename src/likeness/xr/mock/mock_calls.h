@@ -33,7 +33,7 @@ inline void Note(const char* call) { Mock().calls.emplace_back(call); }
 uint64_t NextId();
 template <typename Handle>
 Handle NextHandle() {
-  return reinterpret_cast<Handle>(NextId());
+  return reinterpret_cast<Handle>(NextId());  // NOLINT(performance-no-int-to-ptr): handles are opaque pointers
 }
 
 // OpenXR's way to return lists: the count alone, or as many as there is room for.
